@@ -169,7 +169,7 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
         has_words = partial(stage.viewer.page.evaluate, HAS_THE_SERVERS_WORDS)
         await eventually(has_words, "the page has the server's words")
         await dials.door.kill()
-        await stage.viewer.page.get_by_text("Nobody new can come").wait_for()
+        await stage.viewer.page.get_by_text("Nobody new can join").wait_for()
         await stage.drives()
         await stage.viewer.button("Stop").click()
         await stage.viewer.release_stop()

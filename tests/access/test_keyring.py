@@ -68,7 +68,7 @@ def test_an_invitation_says_what_it_is_for(keyring: Keyring, wall: Wall) -> None
 
 @pytest.mark.parametrize(
     ("later_s", "sentence"),
-    [(3600, "is over"), (1e9, "is over"), (-301, "clock is wrong"), (-1e9, "clock is wrong")],
+    [(3600, "expired"), (1e9, "expired"), (-301, "clock is wrong"), (-1e9, "clock is wrong")],
 )
 def test_an_invitation_ends(keyring: Keyring, wall: Wall, later_s: float, sentence: str) -> None:
     """An invitation is refused after it expires, or if the clock was set back far."""

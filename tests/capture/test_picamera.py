@@ -245,10 +245,10 @@ def test_it_is_found_by_its_name(name: str, number: int) -> None:
 def test_what_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """No camera, too high a number, and a missing or broken picamera2 are sentences."""
     far = camera(SIZE.model_copy(update={"source": "picamera:7"}))
-    with pytest.raises(SourceError, match="There is no camera 7 that libcamera finds"):
+    with pytest.raises(SourceError, match="Libcamera finds no camera 7"):
         far.open()
     Picamera2.there.clear()
-    with pytest.raises(SourceError, match="There is no camera that libcamera finds; check"):
+    with pytest.raises(SourceError, match="Libcamera finds no camera; check"):
         camera().open()
     monkeypatch.setitem(sys.modules, "picamera2", None)
     with pytest.raises(SourceError, match="sudo apt install python3-picamera2"):

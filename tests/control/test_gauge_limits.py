@@ -73,7 +73,7 @@ def test_the_battery_may_be_a_fraction() -> None:
         (HEAT, told(heat=81.0), "Motors is above 80 °C: nobody can drive until it is back."),
         (BATTERY, told(battery_v=9.5), "battery_v is below 10: nobody can drive until it is back."),
         (BATTERY, told(battery_v=21), "battery_v is above 20: nobody can drive until it is back."),
-        (HEAT, told(), "The robot does not tell “Motors”, which must be known to drive."),
+        (HEAT, told(), "The robot does not report “Motors”, which must be known to drive."),
     ],
 )
 def test_why_it_stops(gauge: GaugeSettings, state: RobotState, said: str) -> None:

@@ -286,7 +286,7 @@ async def test_the_host_reads_that_the_broker_is_away(rig: Rig) -> None:
     assert rig.house.problems() == []
     rig.link.problem = Sentence("unreachable.silent", {"limit": 10.0})
     assert [str(one) for one in rig.house.problems()] == [
-        "There is no connection to the MQTT broker home:1883; it is tried again."
+        "There is no connection to the MQTT broker home:1883; WAX keeps trying."
         " It does not answer within 10 s."
     ]
     told = rig.house.status()

@@ -431,12 +431,12 @@ describe("a link with a secret", () => {
   });
 
   it("that is no good is told of for as long as it takes, and the page connects as a guest's", async () => {
-    server(403, { error: "This host link is used or over." });
+    server(403, { error: "This host link has expired." });
     window.location.hash = "#host=old";
     peers.length = 0;
     session = startSession();
     await vi.advanceTimersByTimeAsync(10_000);
-    expect(said(session.state.entryProblem.value)).toBe("This host link is used or over.");
+    expect(said(session.state.entryProblem.value)).toBe("This host link has expired.");
     expect(peers.length).toBeGreaterThan(0);
   });
 });

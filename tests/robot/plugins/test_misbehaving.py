@@ -162,7 +162,7 @@ SLOW = pytest.mark.full
         ("misbehaving:RubbishState", NO_ANSWER),
         ("misbehaving:HangsInState", HANGS),
         ("misbehaving:HangsInClose", HANGS),
-        ("misbehaving:LeaksThreads", "takes ever more of the machine ("),
+        ("misbehaving:LeaksThreads", "uses more and more of the machine ("),
         ("misbehaving:LeaksFiles", NO_ANSWER),
         ("misbehaving:Exits", ENDED + "status 3"),
         ("misbehaving:KillsItself", ENDED + "signal 9"),
@@ -215,7 +215,7 @@ async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> 
         ("CameraIsOdd", "The camera delivers something other than a table of bytes; it must be"),
         ("CameraExits", "The process of the robot's camera and sound has ended (status 5"),
         ("CameraLocks", "The robot's camera and sound are starting."),
-        ("CameraLeaks", "takes ever more of the machine ("),
+        ("CameraLeaks", "uses more and more of the machine ("),
     ],
 )
 async def test_a_robots_camera_spoils_nothing_but_its_picture(

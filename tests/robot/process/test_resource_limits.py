@@ -59,7 +59,7 @@ def test_a_driver_that_leaks_memory_is_restarted() -> None:
 
         def is_told() -> bool:
             robot.apply(STANDSTILL, 1)
-            return "takes ever more of the machine (" in str(robot.state().problem)
+            return "uses more and more of the machine (" in str(robot.state().problem)
 
         until(is_told)
         until(lambda: robot.state().connected)

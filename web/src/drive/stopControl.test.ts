@@ -138,7 +138,7 @@ it.each([
   stopControl.look(400);
   expect(say).not.toHaveBeenCalled();
   stopControl.look(600);
-  expect(say).toHaveBeenCalledExactlyOnceWith(expect.stringContaining("taken"));
+  expect(say).toHaveBeenCalledExactlyOnceWith("Your Stop has arrived.");
   stopControl.look(5000);
   expect([say.mock.calls.length, isStopUnconfirmed.value]).toEqual([1, false]);
 });

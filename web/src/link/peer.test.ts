@@ -374,7 +374,7 @@ const CANDIDATES = [
 it.each([
   ["checking", {}, "UDP does not get through"],
   ["failed", { host: true }, "UDP to its port 8081 does not get through"],
-  ["connected", {}, "(DTLS) is not set up"],
+  ["connected", {}, "no encrypted connection (DTLS)"],
 ] as const)("says how far it came where ICE is %s: %j", async (state, told, words) => {
   answer = CANDIDATES;
   more = told;

@@ -24,9 +24,9 @@ it("says what hands do and what comes of it", () => {
   expect(commandWords(null)).toBe("no commands arrive");
   const steered = { linear_mps: 0, angular_rps: 0, reason: "too_old", limit: null } as Steered;
   expect(steeredWords(steered)).toBe(
-    "stands (the operator reads “No fresh commands arrive: your connection is slow.”)",
+    "standing still (the operator reads “No fresh commands arrive: your connection is slow.”)",
   );
-  expect(steeredWords({ ...steered, reason: "pressed" })).toBe("stands (Stop is pressed)");
+  expect(steeredWords({ ...steered, reason: "pressed" })).toBe("standing still (Stop is pressed)");
   expect(steeredWords({ ...steered, linear_mps: 0.4, reason: null, limit: "long_delay" })).toBe(
     "0.40 m/s, 0.00 rad/s (the operator reads “Slow: your connection has a long delay.”)",
   );

@@ -75,7 +75,7 @@ describe("the first visit", () => {
     expect([...card.querySelectorAll("p")].map((line) => line.textContent)).toEqual([
       "A rover in our museum.",
       "Join the queue to drive; a turn lasts 2 minutes.",
-      "Everybody can press Stop at any time; the robot then stands.",
+      "Everybody can stop the robot at any time: press Stop.",
     ]);
     const rules = getByRole(body, "list", { name: "House rules" });
     expect(rules.querySelectorAll("li > bdi")).toHaveLength(2);

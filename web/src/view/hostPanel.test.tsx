@@ -250,7 +250,7 @@ it("tells everybody that nobody new can come, while the door does not lead here"
   act(() => {
     state.room.value = { ...room({ watching: [1] }), no_way_in: { code: "tunnel.nobody_new" } };
   });
-  getByText(body, /^Nobody new can come just now/);
+  getByText(body, /^Nobody new can join just now/);
 });
 
 describe("a message with an end", () => {

@@ -309,7 +309,7 @@ describe("what is said of a gamepad", () => {
       { kind: "button", at: 1 },
     ] as const;
     expect(shown("unknown", { held })).toContain(
-      "Held: axis 2, button 2. If nobody is touching it",
+      "Held: axis 2, button 2. If nobody is touching the gamepad",
     );
     expect(shown("standard", { held })).toContain("Held: Left stick, B. ");
     expect(shown("standard", { isReady: true })).toContain("B stops, A changes");
@@ -336,11 +336,11 @@ describe("where an axis of a gamepad rests", () => {
     prefer({ gamepad: before });
     holds([{ kind: "axis", at: 1 }]);
     act(() => button()?.click());
-    expect(body.textContent).toContain("has not stood still for a second");
+    expect(body.textContent).toContain("has not been at rest for a second");
     expect(actions.setDriving).not.toHaveBeenCalled();
     vi.mocked(actions.padRestNow).mockReturnValue([0, -1, 0]);
     act(() => button()?.click());
-    expect(body.textContent).not.toContain("has not stood still for a second");
+    expect(body.textContent).not.toContain("has not been at rest for a second");
     expect(actions.setDriving).toHaveBeenLastCalledWith({
       gamepad: { ...before, rests: { Other: [0, 0.5, 0], Stick: [0, -1, 0] } },
     });

@@ -166,7 +166,7 @@ describe("who may not stay, hear or drive", () => {
       };
     });
     expect(getByRole(body, "heading", { name: "The robot is closed." })).toBeTruthy();
-    expect(getByText(body, /It opens tomorrow at/)).toBeTruthy();
+    expect(getByText(body, /The robot opens tomorrow at/)).toBeTruthy();
     const zone = Intl.DateTimeFormat().resolvedOptions().timeZone;
     const hours = getByRole(body, "list", { name: new RegExp(`in your time \\(${zone}\\)`) });
     expect([...hours.children].map((one) => one.textContent?.replaceAll("\u202f", " "))).toEqual([
