@@ -324,9 +324,9 @@ async def test_a_page_of_the_baseline_that_fails_keeps_nothing_from_others(
     for one in streams:
         one.lanes()
         one.want(sound=what != "picture", picture=what != "sound", size="", policy=None)
-    monkeypatch.setattr(streams[0], "_act" if what != "timer" else "_sender", fail)
+    monkeypatch.setattr(streams[0], "_apply" if what != "timer" else "_sender", fail)
     got: list[object] = []
-    monkeypatch.setattr(streams[1], "_act", got.append)
+    monkeypatch.setattr(streams[1], "_apply", got.append)
     if what == "sound":
         for number in range(60):
             audio.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), 10.0 + number / 100))
