@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 from structlog.testing import capture_logs
@@ -125,6 +126,35 @@ def test_a_long_step_is_logged_with_its_stack(
     assert line["part"].endswith("works")
     assert line["ms"] == 4.0
     assert "works" in line["stack"].splitlines()[0]
+
+
+class _Growing(Counter[str]):
+    """Gets a stack of the sampler's thread while somebody iterates over its items."""
+
+    def items(self) -> Any:
+        for item in super().items():
+            self["another stack"] = 1
+            yield item
+
+
+def test_a_stack_that_comes_while_a_step_is_told_ends_nothing(
+    clock: TurnedClock,
+    watch: StepWatch,
+    loop: asyncio.AbstractEventLoop,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The sampler's thread goes on; an error here would end the event loop, and the server."""
+    monkeypatch.setattr("wax.edge.step_watch.Counter", _Growing)
+    watch.begin()
+
+    async def works() -> None:
+        clock.time_s += LONG_S
+        sampler.look()
+        clock.time_s += LONG_S
+
+    with StackSampler(watch) as sampler, capture_logs() as logged:
+        loop.run_until_complete(works())
+    assert len(logged) == 1
 
 
 async def _task() -> None: ...

@@ -157,14 +157,15 @@ class StackSampler:
     def tell(self, part: str, lasted_s: float) -> None:
         """Log the step that has just ended."""
         began_s, stacks = self._seen
-        most = stacks.most_common(1) if began_s == self._watch.ready.began_s else []
+        # A copy is made in one step; the other thread may add to the original meanwhile.
+        seen = dict(stacks) if began_s == self._watch.ready.began_s else {}
         used_s = time.thread_time() - self._watch.ready.used_s
         _LOG.warning(
             LONG_STEP if used_s > LONG_S else _LONG_WAIT,
             part=part,
             ms=round(lasted_s * 1000, 1),
             processor_ms=round(used_s * 1000, 1),
-            stack=most[0][0] if most else "",
+            stack=max(seen, key=lambda stack: seen[stack], default=""),
         )
 
 
