@@ -138,7 +138,7 @@ async def test_it_serves_until_it_is_stopped(
 ) -> None:
     """The status has every part while the app runs, and stopping leaves nothing behind."""
     looked = asyncio.Event()
-    monkeypatch.setattr(memory, "look", looked.set)
+    monkeypatch.setattr(memory, "collect_young", looked.set)
 
     def tells_of_both(status: dict[str, Any]) -> bool:
         video, audio = status["streams"]["video"], status["streams"]["audio"]
