@@ -40,7 +40,7 @@ class Robot:
         self.told: list[object] = []
         self.latched: LatchedStop | None = None
 
-    def maintain(self, reason: str | None) -> None:
+    def lend_driver(self, reason: str | None) -> None:
         self.told.append(reason)
 
     def open(self) -> None:

@@ -42,7 +42,7 @@ def test_what_the_server_writes_is_all_required() -> None:
 def test_what_is_said_of_a_field_comes_along() -> None:
     """The page's types say of a field what the server's models do."""
     held = schema()["$defs"]["Drive"]["properties"]["held"]
-    assert held["description"].startswith("The dead-man")
+    assert held["description"].startswith("The dead man's switch")
 
 
 def test_what_is_on_a_tape_is_described() -> None:
