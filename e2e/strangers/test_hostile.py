@@ -119,7 +119,6 @@ async def test_an_attack_stops_no_robot_and_no_stop(name: str, watch: Watch, gan
     await _attacked(name, SECONDS, 0, watch, gang)
 
 
-@pytest.mark.full
 async def test_all_attacks_by_chance_are_no_worse(watch: Watch, gang: Child) -> None:
     """Whatever is drawn: WAX_SEED repeats one that failed."""
     seed = int(os.environ.get("WAX_SEED") or random.randrange(2**32))
