@@ -1,7 +1,8 @@
-"""The suite's operator: the protocol's client, at full speed."""
+"""The suite's operator: the protocol's client, at full speed, who remembers what held them."""
 
 from __future__ import annotations
 
+import time
 import uuid
 from dataclasses import dataclass, field
 from functools import partial
@@ -30,4 +31,12 @@ class RawOperator(Operator):
     def __init__(self, server: Server, *, browser: Browser | None = None, **options: Any) -> None:
         private.install()  # a browser stays on a slow link, too, which aioice alone leaves
         who = browser or Browser()
-        super().__init__(server.url, client_id=who.tab, cookies=who.cookies, **options)
+        super().__init__(
+            server.url, client_id=who.tab, cookies=who.cookies, on_message=self._told, **options
+        )
+        self.reasons: list[tuple[float, str]] = []
+        """When the page was told that the robot stands, or is slower, and why."""
+
+    def _told(self, message: dict[str, Any]) -> None:
+        if message["type"] == "drive_status" and message["reason"] is not None:
+            self.reasons.append((time.monotonic(), message["reason"]["code"]))

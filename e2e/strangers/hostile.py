@@ -89,6 +89,8 @@ class Seen:
     commands_ms: Sequence[float | None] = ()
     stands: int = 0
     """How often the robot stopped by itself."""
+    reasons: Sequence[str] = ()
+    """What the operator's page was told meanwhile of why it stands or is slower."""
     unserved: int = 0
     """Newcomers who were not answered."""
     more_mib: float = 0.0
@@ -109,7 +111,8 @@ class Seen:
             f"{self.unserved} newcomers were not served": self.unserved > 0,
             f"memory grew by {self.more_mib:.0f} MiB": self.more_mib > MORE_MIB,
         }
-        return [what for what, is_so in wrong.items() if is_so]
+        harm = [what for what, is_so in wrong.items() if is_so]
+        return harm + [f"the operator was told: {reason}" for reason in self.reasons if harm]
 
 
 class Watch:
@@ -167,6 +170,8 @@ class Watch:
         """Add what is known only once late answers have come."""
         seen.commands_ms = self._commands_ms(seen.since_s, seen.until_s)
         seen.stands = self.stands(seen.since_s, seen.until_s)
+        heard = self.operator.reasons
+        seen.reasons = [why for at_s, why in heard if seen.since_s <= at_s <= seen.until_s]
         seen.unserved = sum(seen.since_s <= at_s <= seen.until_s for at_s in self._unserved_s)
         return seen
 

@@ -179,11 +179,12 @@ def test_the_attacks_are_none_that_a_parser_would_refuse() -> None:
 async def test_a_forged_datagram_ends_nobody(watch: Watch) -> None:
     """What comes from the operator's address, from whoever has no key, changes nothing."""
     socket, where = watch.socket_of(watch.operator)
-    since_s = (await watch.look(0.1)).since_s
+    seen = await watch.look(0.1)
     for first in (b"\x80\x60", b"\x80\xc8", b"\x16\xfe\xfd", b"\x00\x01", b"\xff"):
         for size in (1, 12, 1499, 1500, 1501, 9000):
             socket.sendto((first + bytes(size))[:size], where)
     assert await watch.operator.pongs(10.0)
     assert await watch.observer.pongs(10.0)
-    assert watch.stands(since_s, time.monotonic()) == 0
+    seen.until_s = time.monotonic()
+    assert watch.filled(seen).harm == []
     await watch.stops(0, 0.0)  # the operator's hands are still

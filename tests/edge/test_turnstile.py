@@ -13,7 +13,7 @@ from wax.edge.budget import Budget, Rates
 from wax.edge.turnstile import Meter, Turnstile
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Awaitable, Callable
 
     from wax.edge.budget import Payer
 
@@ -56,6 +56,41 @@ async def test_what_does_not_fit_waits_for_the_next_pass(work: Work) -> None:
         await asyncio.sleep(0)
     assert max(passes.count(one) for one in passes) <= 3
     assert len(passes) == 40
+
+
+async def test_payers_take_turns_while_newcomers_use_up_each_pass(work: Work) -> None:
+    """Whoever has a hundred steps waiting keeps neither another's request nor a peer waiting."""
+    turnstile = Turnstile(TurnedClock())
+    flooder, guest, viewer = payer(), payer(), payer()
+    entered: list[tuple[Payer, int]] = []
+    used: list[float] = []
+
+    async def step(enter: Callable[[Payer], Awaitable[None]], who: Payer) -> None:
+        await enter(who)
+        entered.append((who, len(used)))
+        began_s = time.thread_time()
+        work(0.001)
+        used[-1] += 0.001
+        turnstile.charge(who, began_s)
+
+    def uses_it_up() -> None:
+        used.append(0.003)
+        began_s = time.thread_time()
+        work(0.003)
+        turnstile.charge(payer(), began_s)
+
+    uses_it_up()
+    tasks = [asyncio.create_task(step(turnstile.enter_request, flooder)) for _ in range(100)]
+    await asyncio.sleep(0)
+    tasks[7].cancel()
+    for who, enter in ((guest, turnstile.enter_request), (viewer, turnstile.enter_peer)):
+        tasks.append(asyncio.create_task(step(enter, who)))
+    while not all(task.done() for task in tasks):
+        uses_it_up()
+        await asyncio.sleep(0)
+    assert len(entered) == 101
+    assert all(at < 5 for who, at in entered if who is not flooder)
+    assert max(used) < 0.007
 
 
 async def test_whoever_is_trusted_waits_for_nobody(work: Work) -> None:

@@ -979,34 +979,6 @@ async def test_of_two_offers_at_once_the_later_wins(rig: Rig) -> None:
     assert len(rig.viewers) == 1
 
 
-async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However many offers come at once, each is answered in a pass of the event loop of its own."""
-    loop = asyncio.get_running_loop()
-    passes = 0
-    answered: list[int] = []
-    counting: dict[int, asyncio.Handle] = {}
-
-    def count() -> None:
-        nonlocal passes
-        passes += 1
-        counting[0] = loop.call_soon(count)
-
-    class Noted(FakePeer):
-        async def answer(self, offer: str) -> str:
-            answered.append(passes)
-            return await super().answer(offer)
-
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", Noted)
-    counting[0] = loop.call_soon(count)
-    room = Rig({}).room
-    await asyncio.gather(
-        *(room.answer(visitor(f"ada-{number:04}", address=""), TAB, OFFER) for number in range(8))
-    )
-    counting[0].cancel()
-    assert len(set(answered)) == 8
-
-
 @pytest.mark.usefixtures("rig")
 async def test_everybody_queues_where_it_is_so_configured() -> None:
     """With `join = "auto"` the first who enters drives and the next waits (thesis 4.3)."""

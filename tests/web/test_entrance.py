@@ -12,6 +12,7 @@ import ssl
 import struct
 import time
 import weakref
+from collections import Counter
 from contextlib import asynccontextmanager, suppress
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
@@ -682,6 +683,42 @@ async def test_who_is_known_is_served_beside_a_flood() -> None:
         assert b'{"read": 0}' in await waiting
         writer.transport.abort()
         await asyncio.sleep(0.05)
+
+
+@pytest.mark.parametrize("is_urgent", [False, True])
+async def test_few_steps_of_strangers_requests_share_a_pass(is_urgent: bool) -> None:
+    """However many requests are answered at once; what is urgent waits for none of them."""
+    loop = asyncio.get_running_loop()
+    steps = Counter[int]()
+    passes = 0
+
+    def count() -> None:
+        nonlocal passes
+        passes += 1
+        counting[0] = loop.call_soon(count)
+
+    async def works(_: web.Request) -> web.Response:
+        for _step in range(4):
+            steps[passes] += 1
+            until_s = time.thread_time() + 0.003
+            while time.thread_time() < until_s:
+                pass
+            await goes_on.wait() if passes == 0 else await asyncio.sleep(0)
+        return web.Response(text="{}")
+
+    goes_on = asyncio.Event()
+    request = KNOWN.replace(b"/", b"/works", 1)
+    more = [web.get("/works", works)]
+    async with open_entrance(lambda *_: ("ada", is_urgent), TurnedClock(), more) as entrance:
+        asking = [asyncio.create_task(_get(entrance.port, request)) for _ in range(8)]
+        await async_until(lambda: steps[0] == 8)
+        counting = [loop.call_soon(count)]
+        goes_on.set()
+        await asyncio.gather(*asking)
+        counting[0].cancel()
+    del steps[0]
+    assert steps.total() == 8 * 3
+    assert (max(steps.values()) <= 3) is not is_urgent
 
 
 async def test_who_waits_in_line_is_not_slow(turn: Callable[[float], None]) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections import deque
+from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from wax.edge.budget import Payer
 
 _PASS_S: Final = 0.002
+_WOKEN: Final = 2
+"""Of the peers and of the requests that wait, in each pass, even where others use it up first."""
 
 
 class Turnstile:
@@ -26,6 +30,8 @@ class Turnstile:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._used_s = 0.0
+        self._is_next_due = False
+        self._peers, self._requests = _Line(), _Line()
         self.charged_s = 0.0
         """What was charged to anybody since the start."""
 
@@ -41,14 +47,57 @@ class Turnstile:
     def charge(self, payer: Payer, began_s: float) -> None:
         """Charge what this thread has done since `began_s`, which was its `time.thread_time()`."""
         cost_s = time.thread_time() - began_s
-        if not self._used_s:
-            asyncio.get_running_loop().call_soon(self._next_pass)
         self._used_s += cost_s
         self.charged_s += cost_s
         payer.spend(cost_s, self._clock.now_s())
+        self._plan_next_pass()
+
+    async def enter_peer(self, payer: Payer) -> None:
+        """Wait until there is time for a datagram of a peer."""
+        await self._enter(self._peers, payer)
+
+    async def enter_request(self, payer: Payer) -> None:
+        """Wait until there is time for the next step of answering a request."""
+        await self._enter(self._requests, payer)
+
+    async def _enter(self, line: _Line, payer: Payer) -> None:
+        if not self.is_open or payer in line.waiting:
+            self._plan_next_pass()
+            await line.turn(payer)
+
+    def _plan_next_pass(self) -> None:
+        if not self._is_next_due:
+            self._is_next_due = True
+            asyncio.get_running_loop().call_soon(self._next_pass)
 
     def _next_pass(self) -> None:
+        self._is_next_due = False
         self._used_s = 0.0
+        for line in (self._peers, self._requests):
+            line.wake()
+            if line.waiting:
+                self._plan_next_pass()
+
+
+class _Line:
+    """Steps that wait for the next pass; those who pay for them take turns."""
+
+    def __init__(self) -> None:
+        self.waiting: dict[Payer, deque[asyncio.Future[None]]] = {}
+
+    async def turn(self, payer: Payer) -> None:
+        turn = asyncio.get_running_loop().create_future()
+        self.waiting.setdefault(payer, deque()).append(turn)
+        await turn
+
+    def wake(self) -> None:
+        for payer in list(islice(self.waiting, _WOKEN)):
+            turns = self.waiting.pop(payer)
+            turn = turns.popleft()
+            if turns:
+                self.waiting[payer] = turns
+            if not turn.done():  # cancelled
+                turn.set_result(None)
 
 
 class Meter:
@@ -89,7 +138,7 @@ class Meter:
 
     async def enter(self) -> None:
         """Wait until something of this peer's may be handled; at once where it may now."""
-        while True:
-            if self.is_open:
-                return
-            await asyncio.sleep(self._turnstile.wait_s(self._payer))
+        while (wait_s := self._turnstile.wait_s(self._payer)) > 0:  # noqa: ASYNC110 - by a clock
+            await asyncio.sleep(wait_s)
+        if self._payer is not self._trusted:
+            await self._turnstile.enter_peer(self._payer)

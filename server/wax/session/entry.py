@@ -85,7 +85,6 @@ class Entry:
         )
         self._lacking: set[str] = set()
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
-        self._one_at_a_time = asyncio.Lock()
 
     def connected(self, number: int) -> None:
         """Note that a viewer's channels have opened."""
@@ -108,10 +107,7 @@ class Entry:
             raise SignallingError(lacks)
         key = f"{visitor.identity} {tab}"
         async with self._answering.setdefault(key, asyncio.Lock()):
-            async with self._one_at_a_time:
-                # One per pass of the event loop, which runs its timers once a pass: answering many
-                # in one pass would delay the control loop.
-                await asyncio.sleep(0)
+            await asyncio.sleep(0)  # each step waits until the event loop has time for it
             return await self._answer(visitor, tab, offer)
 
     def _lacks(self, sentence: Sentence) -> None:

@@ -54,6 +54,7 @@ class Connection(web.RequestHandler):
         "_body_left",
         "_drained",
         "_given_bytes",
+        "_is_ahead",
         "_is_answering",
         "_limits",
         "_lines_left",
@@ -93,6 +94,8 @@ class Connection(web.RequestHandler):
         self._body_left: int | None = 0
         self._given_bytes = 0
         self._lines_left: float = _FIRST_LINES
+        self._is_ahead = False
+        """Whether the request that is answered does not wait for others."""
         self._is_answering = False
         self._aiohttp_reads = True
         self._waiting: WaitingRequest | None = None
@@ -136,7 +139,7 @@ class Connection(web.RequestHandler):
             return
         if self._body_left != 0:
             if self._requests:
-                self._get_in_line(self._payer, self._give_body)
+                self._get_in_line(self._payer, self._give_body, ahead=self._is_ahead)
         elif not self._is_answering:
             self._take_head()
         self._read_or_not()
@@ -159,14 +162,14 @@ class Connection(web.RequestHandler):
 
     def _head_came(self, data: bytes) -> None:
         head = read_head(data)
-        payer, is_ahead = self._payer_of(head)
+        payer, self._is_ahead = self._payer_of(head)
         if payer is None:
             self._refuse(503, Sentence("door.too_often"))
             return
         self._payer = payer
         self._is_answering = True
         self._body_left = head.body_bytes
-        self._get_in_line(payer, lambda: self._give_head(data), ahead=is_ahead)
+        self._get_in_line(payer, lambda: self._give_head(data), ahead=self._is_ahead)
         if self._watch is not None:
             self._watch.is_in_line = self._waiting is not None
 
@@ -258,8 +261,12 @@ class Connection(web.RequestHandler):
         return True
 
     async def timed(self, inner: Coroutine[Any, Any, _T]) -> _T:
-        """Run a part of answering at its sender's cost."""
-        return await timed(inner, self._charge)
+        """Run a part of answering at its sender's cost, in turn with other strangers' work."""
+        return await timed(inner, self._charge, self._enter)
+
+    async def _enter(self) -> None:
+        if not self._is_ahead:
+            await self._limits.turnstile.enter_request(self._payer)
 
     async def drained(self) -> None:
         """Wait until the kernel has all that was written; raises `ConnectionError` if it ends."""

@@ -1,4 +1,4 @@
-"""What a coroutine costs the event loop, step by step, without what it waits for."""
+"""Run a coroutine step by step: each has its turn, and is charged without what it waits for."""
 
 from __future__ import annotations
 
@@ -14,12 +14,21 @@ _T = TypeVar("_T")
 
 @coroutine
 def timed(
-    inner: Coroutine[Any, Any, _T], charge: Callable[[float], None]
+    inner: Coroutine[Any, Any, _T],
+    charge: Callable[[float], None],
+    enter: Callable[[], Coroutine[Any, Any, None]],
 ) -> Generator[Any, Any, _T]:
-    """Run `inner`; `charge` is called after each step with its beginning, by `thread_time`."""
+    """Run `inner`; each step waits for `enter`.
+
+    `charge` is called after each step with its beginning, by `thread_time`.
+    """
     value: Any = None
     error: BaseException | None = None
     while True:
+        try:
+            yield from enter().__await__()
+        except BaseException as raised:
+            error = raised
         began_s = time.thread_time()
         try:
             waits_for = inner.send(value) if error is None else inner.throw(error)

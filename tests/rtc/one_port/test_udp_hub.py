@@ -7,6 +7,8 @@ import errno
 import os
 import socket
 import sys
+import time
+from collections import Counter
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -410,8 +412,9 @@ async def test_an_empty_datagram_ends_nothing(rig: Rig) -> None:
     assert await reads(rig.peers[0]) == b"from ada"
 
 
-async def test_a_flood_delays_nobody_else(rig: Rig) -> None:
+async def test_a_flood_delays_nobody_else(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """What one viewer floods us with waits in their own queue, and what is too much is lost."""
+    monkeypatch.setattr(lite_connection, "_STEP_S", 0.0)  # each takes all of it
     read: list[str] = []
 
     async def reads(peer: LiteConnection) -> None:
@@ -431,6 +434,35 @@ async def test_a_flood_delays_nobody_else(rig: Rig) -> None:
     await asyncio.wait(reading)
     assert read.index("bob") < 20
     assert read.count("ada") <= 200
+
+
+@pytest.mark.parametrize(("each_s", "in_a_row"), [(0.0001, 5), (0.0006, 1)])
+async def test_what_costs_little_does_not_wait_for_the_next_pass(
+    each_s: float, in_a_row: int, rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A driver's commands come with reports and receipts, and passes may be 20 ms long."""
+    worked_s = 0.0
+    monkeypatch.setattr(time, "thread_time", lambda: worked_s)
+    await rig.ada.verifies()
+    for _ in range(12):
+        rig.ada.sends(b"ada")
+    await async_until(lambda: rig.peers[0]._queue.qsize() == 12)
+    passes = Counter[int]()
+    one_pass = 0
+
+    async def reads() -> None:
+        nonlocal worked_s
+        while True:
+            await rig.peers[0].recv()
+            worked_s += each_s
+            passes[one_pass] += 1
+
+    reading = asyncio.create_task(reads())
+    while passes.total() < 12:
+        one_pass += 1
+        await asyncio.sleep(0)
+    reading.cancel()
+    assert max(passes.values()) == in_a_row
 
 
 @pytest.mark.skipif(not CAN_CONNECT, reason="this system has one queue for all")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 CAN_CONNECT: Final = sys.platform == "linux"
 _AT_ONCE: Final = 16
-"""Datagrams read in one pass of the event loop; a peer handles one in each."""
+"""Datagrams read in one pass of the event loop."""
 _LONGEST_BYTES: Final = 65_536
 
 
