@@ -384,7 +384,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
     app = App(settings=settings, clock=SystemClock(), config_path=config_path, steps=watch.status)
 
     def ready(port: int) -> None:
-        watch.begin()
+        watch.start_counting()
         scheme = "https" if app.tls else "http"
         first, *others = page_urls(settings.server.host, port, scheme)
         print(f"\n  WAX is serving the {settings.robot.driver} robot.\n\n  Here:   {first}")

@@ -1,4 +1,4 @@
-"""Listening on what there is of a host's addresses."""
+"""Listening on the addresses of a host that this machine has."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wax.edge.binding import listen, why_not
 
 
 def _without_ipv6(monkeypatch: pytest.MonkeyPatch, number: int, family: int) -> None:
-    """Let the name be known by both families, and the binding of one fail."""
+    """Resolve the name to both families, and let one of them fail to bind."""
     both = [
         (socket.AF_INET6, socket.SOCK_STREAM, 6, "", ("::1", 0, 0, 0)),
         (socket.AF_INET, socket.SOCK_STREAM, 6, "", ("127.0.0.1", 0)),
@@ -31,8 +31,8 @@ def _without_ipv6(monkeypatch: pytest.MonkeyPatch, number: int, family: int) -> 
 
 
 @pytest.mark.parametrize("number", [errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT])
-def test_a_family_that_is_off_is_left_out(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
-    """Where `::1` cannot be bound the server listens on 127.0.0.1."""
+def test_a_disabled_family_is_left_out(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    """Where `::1` cannot be bound, the server listens on 127.0.0.1."""
     _without_ipv6(monkeypatch, number, socket.AF_INET6)
     (made,) = listen("localhost", 0)
     with made:
@@ -42,23 +42,23 @@ def test_a_family_that_is_off_is_left_out(monkeypatch: pytest.MonkeyPatch, numbe
 @pytest.mark.parametrize(
     ("number", "family"), [(errno.EADDRNOTAVAIL, 0), (errno.EADDRINUSE, socket.AF_INET6)]
 )
-def test_none_or_a_used_one_raises(
+def test_no_address_or_a_used_one_raises(
     monkeypatch: pytest.MonkeyPatch, number: int, family: int
 ) -> None:
-    """A host of which nothing is here, or whose port somebody has, is an error."""
+    """A host without an address on this machine is an error, and so is a port in use."""
     _without_ipv6(monkeypatch, number, family)
     with pytest.raises(OSError, match="injected"):
         listen("localhost", 0)
 
 
 def test_localhost_needs_no_resolver(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where nothing resolves names, localhost is this machine, and any other name an error."""
+    """Without a resolver, localhost is this machine, and any other name is an error."""
 
     def fail(*_: Any, **__: Any) -> None:
         raise socket.gaierror(socket.EAI_AGAIN, "injected")
 
     monkeypatch.setattr(socket, "getaddrinfo", fail)
-    # Not any: that which the system gives for one family may be taken in the other.
+    # Not port 0: the port that the system chooses may be in use in the other family.
     made = listen("localhost", free_port())
     assert ("127.0.0.1", made[0].getsockname()[1]) in [one.getsockname()[:2] for one in made]
     for one in made:
@@ -67,8 +67,8 @@ def test_localhost_needs_no_resolver(monkeypatch: pytest.MonkeyPatch) -> None:
         listen("robot.example.org", 0)
 
 
-def test_a_port_that_takes_a_right_says_how_to_give_it() -> None:
-    """The service gets it by lines that wait in its unit; whoever has a router needs none."""
+def test_the_error_for_a_privileged_port_says_how_to_allow_it() -> None:
+    """A service allows it by lines to uncomment in its unit; with a router, nobody needs it."""
     told = why_not(PermissionError(errno.EACCES, "Permission denied"), "--port")
     assert told.startswith("Permission denied. ")
     unit = Path(__file__).parents[2] / "config" / "deploy" / "wax.service"

@@ -1,4 +1,4 @@
-"""Of the connections that came in, a pass of the event loop serves a few, and of ours all."""
+"""A pass of the event loop serves a few incoming connections, and all of our own sockets."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def came_and_ended(
 def crowd(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector, address: str = "127.0.0.1"
 ) -> list[socket.socket]:
-    """Return many that stay ready."""
+    """Return many connections that stay ready."""
     ended = [came_and_ended(held, listening, address) for _ in range(MANY)]
     for one in ended:
         selector.register(one, selectors.EVENT_READ)
@@ -79,7 +79,7 @@ def test_connections_that_end_at_once_are_served_in_turns(
 def test_a_connection_read_again_is_not_served_before_its_turn(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector
 ) -> None:
-    """Whoever pauses and resumes reading gains nothing."""
+    """A connection that pauses and resumes reading gains nothing."""
     first = crowd(held, listening, selector)[0]
     waited: list[int] = []
     for number in range(20):
@@ -94,7 +94,7 @@ def test_a_connection_read_again_is_not_served_before_its_turn(
 def test_senders_take_turns(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector, *, is_new: bool
 ) -> None:
-    """A Stop, also on a connection that is kept, waits behind one of each other sender's."""
+    """A Stop, even on an old connection, waits for at most one of every other sender's."""
     kept = came_and_ended(held, listening)
     if not is_new:
         selector.register(kept, selectors.EVENT_READ)
@@ -109,10 +109,10 @@ def test_senders_take_turns(
     assert kept in served(selector)
 
 
-def test_who_is_known_passes_strangers(
+def test_known_senders_pass_strangers(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector
 ) -> None:
-    """Whatever they do with hundreds of addresses; of a crowd that is known one waits for none."""
+    """Strangers with many addresses delay no known sender; a known crowd leaves them one place."""
     strangers = [crowd(held, listening, selector, f"127.0.1.{number}") for number in range(3, 30)]
     known = came_and_ended(held, listening, KNOWN)
     selector.select(0)
@@ -129,13 +129,13 @@ def test_who_is_known_passes_strangers(
 def test_sockets_of_our_own_do_not_wait(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector
 ) -> None:
-    """Media's, the driver's, a broker's, and that where the next connection comes in."""
+    """Those of media, the driver and a broker, and the listening sockets, are always served."""
     crowd(held, listening, selector)
     broker = held.enter_context(socket.create_server(("127.0.0.1", 0)))
     outgoing = held.enter_context(socket.create_connection(broker.getsockname()))
     broker.accept()[0].close()
     datagrams = held.enter_context(socket.socket(type=socket.SOCK_DGRAM))
-    datagrams.bind(listening.getsockname())  # the same number
+    datagrams.bind(listening.getsockname())  # the same port
     datagrams.sendto(b"x", datagrams.getsockname())
     ours, theirs = map(held.enter_context, socket.socketpair())
     theirs.send(b"x")
@@ -157,7 +157,7 @@ def test_sockets_of_our_own_do_not_wait(
 def test_a_descriptor_is_what_it_is_now(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector
 ) -> None:
-    """That of a connection which was closed may be a socket of ours, and the other way round."""
+    """The number of a closed connection may become that of our own socket, and vice versa."""
     crowd(held, listening, selector)
     gone = came_and_ended(held, listening)
     selector.register(gone, selectors.EVENT_READ)
@@ -174,7 +174,7 @@ def test_a_descriptor_is_what_it_is_now(
 def test_the_event_loop_has_passes_between_the_connections_of_a_crowd(
     held: ExitStack, listening: socket.socket
 ) -> None:
-    """As asyncio knows them, by their descriptors."""
+    """The loop registers them by their descriptors."""
     loop = bounded_loop(lambda address: address, StepWatch())
     held.callback(loop.close)
     loop.add_reader(listening, lambda: None)

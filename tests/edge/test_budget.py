@@ -1,4 +1,4 @@
-"""Budgets of time: the committed rate never waits, and nobody gets more than what is theirs."""
+"""Budgets of time: nobody waits within the committed rate, or gets more than their share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STEP_S: Final = 0.001
 
 
 def test_the_committed_rate_is_served_at_once() -> None:
-    """Somebody who uses just that never waits, though the others have used up the pool."""
+    """Somebody who stays within it never waits, even when others have used up the pool."""
     budget = Budget(RATES)
     honest, flooders = budget.payer("a"), [budget.payer("b") for _ in range(20)]
     for millisecond in range(2000):
@@ -29,8 +29,8 @@ def test_the_committed_rate_is_served_at_once() -> None:
             honest.spend(STEP_S, now_s)
 
 
-def test_a_pool_that_nobody_needs_is_there_for_one() -> None:
-    """Up to half of it at one address: who connects alone is not slowed down."""
+def test_an_unused_pool_is_free_for_one_payer() -> None:
+    """One address may use half of it: somebody who connects alone is not slowed down."""
     one = Budget(RATES).payer("a")
     spent_s = 0.0
     while one.wait_s(0.0) == 0:
@@ -40,7 +40,7 @@ def test_a_pool_that_nobody_needs_is_there_for_one() -> None:
 
 
 def test_one_address_leaves_half_of_the_pool() -> None:
-    """However many viewers it has, somebody at another address can still go beyond their own."""
+    """However many viewers it has, somebody elsewhere can still exceed the committed rate."""
     budget = Budget(RATES)
     crowd = [budget.payer("a") for _ in range(50)]
     for one in crowd:
@@ -52,7 +52,7 @@ def test_one_address_leaves_half_of_the_pool() -> None:
 
 
 def test_a_debt_is_paid_before_the_next_step() -> None:
-    """One step may cost more than there is; then it waits until that is made good."""
+    """A step may overdraw the account; the next one waits until the debt is paid."""
     one = Budget(Rates(committed=0.01, committed_burst_s=0.02, pool=0, pool_burst_s=0)).payer("")
     one.spend(0.025, 0.0)
     assert one.wait_s(0.0) == pytest.approx(0.5)
@@ -61,7 +61,7 @@ def test_a_debt_is_paid_before_the_next_step() -> None:
 
 
 def test_nobody_waits_for_longer_than_a_second() -> None:
-    """A pause of the whole process is charged to whoever it meets, who may be innocent."""
+    """A pause of the whole process is charged to the running step's payer, innocent or not."""
     one = Budget(RATES).payer("")
     for _ in range(3):
         one.spend(10.0, 0.0)
@@ -69,8 +69,8 @@ def test_nobody_waits_for_longer_than_a_second() -> None:
     assert one.wait_s(1.001) == 0
 
 
-def test_a_clock_that_runs_backwards_gives_nothing() -> None:
-    """Nor does it take anything."""
+def test_a_clock_that_runs_backwards_changes_nothing() -> None:
+    """It neither refills nor drains an account."""
     one = Budget(RATES).payer("")
     one.spend(0.019, 100.0)
     assert one.wait_s(50.0) == 0
@@ -86,7 +86,7 @@ def test_a_clock_that_runs_backwards_gives_nothing() -> None:
     )
 )
 def test_all_together_use_no_more_than_was_given(asks: list[tuple[int, float, float]]) -> None:
-    """In any sequence: the bursts, the rates for the time that has passed, and a step each."""
+    """In any sequence, the bursts, the rates times the time passed, and one step each suffice."""
     budget = Budget(RATES)
     payers = [budget.payer("a" if number < 3 else "b") for number in range(6)]
     now_s = spent_s = 0.0

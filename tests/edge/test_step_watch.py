@@ -1,4 +1,4 @@
-"""Whose steps of the event loop are long."""
+"""Long steps of the event loop are counted and logged by what they belong to."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def loop(watch: StepWatch) -> Iterator[asyncio.AbstractEventLoop]:
 
 
 class Work:
-    """Takes its time by a clock that is turned."""
+    """Work that takes its time by a clock turned by hand."""
 
     def __init__(self, clock: TurnedClock) -> None:
         self._clock = clock
@@ -55,9 +55,9 @@ class Work:
 def test_a_long_step_is_counted_for_what_it_belongs_to(
     clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
 ) -> None:
-    """A task between two waits or a callback, the last of a pass, too; the others of it are not."""
+    """A task's step or a callback counts, even the last of a pass; short ones do not."""
     work = Work(clock)
-    watch.begin()
+    watch.start_counting()
     loop.call_soon(work.lasts, LONGER_S)
     loop.run_until_complete(work.task(0.0, LONGER_S, 0.0, 3 * LONG_S))
     assert watch.status() == {
@@ -66,11 +66,11 @@ def test_a_long_step_is_counted_for_what_it_belongs_to(
     }
 
 
-def test_a_step_that_ends_itself_keeps_its_name(
+def test_a_step_that_cancels_its_handle_keeps_its_name(
     clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
 ) -> None:
-    """A socket's read that stops reading and a timer that is set anew cancel their own handles."""
-    watch.begin()
+    """A read that stops reading, and a timer that resets itself, cancel their own handles."""
+    watch.start_counting()
 
     def work() -> None:
         own.cancel()
@@ -83,11 +83,11 @@ def test_a_step_that_ends_itself_keeps_its_name(
     assert part.endswith("work")
 
 
-def test_what_is_short_or_waits_is_not_counted(
+def test_short_steps_and_waits_are_not_counted(
     clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
 ) -> None:
-    """However long it takes together: between two steps whatever is due has its turn."""
-    watch.begin()
+    """However long they take together, whatever is due runs between two of them."""
+    watch.start_counting()
     select = vars(loop)["_selector"].select
 
     def waits(timeout: float | None) -> object:
@@ -100,10 +100,10 @@ def test_what_is_short_or_waits_is_not_counted(
     assert watch.status() == {}
 
 
-def test_a_start_is_not_counted(
+def test_steps_of_the_start_are_not_counted(
     clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
 ) -> None:
-    """What is loaded before anybody drives delays nobody."""
+    """Loading that ends before anybody drives delays nobody."""
     loop.run_until_complete(Work(clock).task(LONGER_S))
     assert watch.status() == {}
 
@@ -111,12 +111,12 @@ def test_a_start_is_not_counted(
 def test_a_long_step_is_logged_with_its_stack(
     clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
 ) -> None:
-    """By whoever asked for it: part, time, and the calls that it was found in; no value of them."""
-    watch.begin()
+    """While a sampler is open, the log gets the part, the time and the calls, but no values."""
+    watch.start_counting()
 
     async def works() -> None:
         clock.time_s += LONG_S
-        sampler.look()  # its thread sleeps: it would find the step by the real clock
+        sampler.sample_stack()  # its own thread would find the step only by the real clock
         clock.time_s += LONG_S
 
     with StackSampler(watch) as sampler, capture_logs() as logged:
@@ -129,7 +129,7 @@ def test_a_long_step_is_logged_with_its_stack(
 
 
 class _Growing(Counter[str]):
-    """Gets a stack of the sampler's thread while somebody iterates over its items."""
+    """Gets another stack from the sampler's thread while its items are iterated over."""
 
     def items(self) -> Any:
         for item in super().items():
@@ -137,19 +137,19 @@ class _Growing(Counter[str]):
             yield item
 
 
-def test_a_stack_that_comes_while_a_step_is_told_ends_nothing(
+def test_a_stack_sampled_while_a_step_is_logged_raises_nothing(
     clock: TurnedClock,
     watch: StepWatch,
     loop: asyncio.AbstractEventLoop,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The sampler's thread goes on; an error here would end the event loop, and the server."""
+    """The sampler's thread runs on; an error here would end the event loop, and the server."""
     monkeypatch.setattr("wax.edge.step_watch.Counter", _Growing)
-    watch.begin()
+    watch.start_counting()
 
     async def works() -> None:
         clock.time_s += LONG_S
-        sampler.look()
+        sampler.sample_stack()
         clock.time_s += LONG_S
 
     with StackSampler(watch) as sampler, capture_logs() as logged:
@@ -161,7 +161,7 @@ async def _task() -> None: ...
 
 
 async def test_a_part_says_whose_step_it_is() -> None:
-    """A task's coroutine, a socket's protocol, a callback: whatever can be found of it."""
+    """It names a task's coroutine, a socket's protocol, or a callback."""
     loop = asyncio.get_running_loop()
     task = loop.create_task(_task())
     own = loop._ready[-1]  # type: ignore[attr-defined]

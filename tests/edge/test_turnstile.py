@@ -1,4 +1,4 @@
-"""The turnstile: what strangers do fits into two milliseconds of each pass of the event loop."""
+"""The turnstile: strangers' work fits into two milliseconds of each pass of the event loop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def work(monkeypatch: pytest.MonkeyPatch) -> Work:
-    """Let this thread have worked for so many seconds more."""
+    """Return what adds seconds to this thread's processor time."""
     worked = [0.0]
     monkeypatch.setattr(time, "thread_time", lambda: worked[0])
 
@@ -37,7 +37,7 @@ def payer(committed: float = 1.0) -> Payer:
 
 
 async def test_what_does_not_fit_waits_for_the_next_pass(work: Work) -> None:
-    """Forty strangers with a millisecond each are two in a pass, and the others in the next."""
+    """Of forty strangers with a millisecond of work each, no more than three run in a pass."""
     turnstile = Turnstile(TurnedClock())
     passes: list[int] = []
     now = 0
@@ -59,7 +59,7 @@ async def test_what_does_not_fit_waits_for_the_next_pass(work: Work) -> None:
 
 
 async def test_payers_take_turns_while_newcomers_use_up_each_pass(work: Work) -> None:
-    """Whoever has a hundred steps waiting keeps neither another's request nor a peer waiting."""
+    """A payer with a hundred waiting steps delays neither another's request nor a peer."""
     turnstile = Turnstile(TurnedClock())
     flooder, guest, viewer = payer(), payer(), payer()
     entered: list[tuple[Payer, int]] = []
@@ -93,8 +93,8 @@ async def test_payers_take_turns_while_newcomers_use_up_each_pass(work: Work) ->
     assert max(used) < 0.007
 
 
-async def test_whoever_is_trusted_waits_for_nobody(work: Work) -> None:
-    """The operator's commands pass while strangers have used up the pass and their accounts."""
+async def test_a_trusted_peer_waits_for_nobody(work: Work) -> None:
+    """The operator's commands pass when strangers have used up the pass and their accounts."""
     turnstile = Turnstile(TurnedClock())
     is_trusted = False
     meter = Meter(turnstile, payer(0.001), payer(), lambda: is_trusted)
@@ -117,7 +117,7 @@ async def test_even_a_trusted_peer_has_a_bound(work: Work) -> None:
 
 
 async def test_a_debt_keeps_out_until_it_is_paid(work: Work) -> None:
-    """By the clock, however often the loop comes round."""
+    """The clock decides, however many passes the loop makes."""
     clock = TurnedClock()
     turnstile = Turnstile(clock)
     meter = Meter(turnstile, payer(0.01))

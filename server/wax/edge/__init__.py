@@ -1,1 +1,1 @@
-"""What strangers' bytes may cost: charged where they become work, before they are parsed."""
+"""What strangers' traffic may cost the event loop: budgets, limits of each pass, long steps."""

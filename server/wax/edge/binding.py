@@ -1,4 +1,4 @@
-"""Ports to be had: listening sockets on all addresses of a host that this machine has."""
+"""Listening sockets: one port on every address of a host that this machine has."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any, Final
 from wax.errors import reason_of
 
 BACKLOG: Final = 512
-"""So many wait in the kernel: a class opens the page at once."""
+"""Connections that the kernel queues: a class opens the page at once."""
 LISTENING: Final[dict[int, int]] = {}
-"""The port of each descriptor that has listened in this process."""
+"""Ports by descriptor, of all sockets that `listen` ever opened here."""
 NOT_HERE: Final = frozenset({errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT})
 """A name may have an address of a family that this machine does not use: ``::1 localhost`` stays in
 `/etc/hosts` where IPv6 is off, as in most containers."""
 
 
 def advice(error: OSError, key: str) -> str:
-    """Return what to do where a port, which is set by `key`, cannot be had."""
+    """Return what to do when the port that `key` sets cannot be bound."""
     match error.errno:
         case errno.EADDRINUSE:
             return f"End the program that uses it (`ss -tulpn` names it), or choose another: {key}."
@@ -33,17 +33,17 @@ def advice(error: OSError, key: str) -> str:
 
 
 def why_not(error: OSError, key: str) -> str:
-    """Return why it cannot be had, and what to do."""
-    reason, _, _ = reason_of(error).partition(" (while")  # what Python adds is told already
+    """Return why a port cannot be bound, and what to do."""
+    reason, _, _ = reason_of(error).partition(" (while")  # Python repeats the address here
     return f"{reason}. {advice(error, key)}"
 
 
 def addresses(
     host: str | None, port: int, kind: socket.SocketKind
 ) -> list[tuple[int, tuple[Any, ...]]]:
-    """Return family and address of each address of a host to bind; raises `socket.gaierror`.
+    """Return each address of a host to bind, after its family; raises `socket.gaierror`.
 
-    ``localhost`` is this machine on one without `/etc/hosts` or a resolver, too (RFC 6761, 6.3).
+    ``localhost`` is this machine even without `/etc/hosts` or a resolver (RFC 6761, 6.3).
     """
     try:
         found = socket.getaddrinfo(host, port, type=kind, flags=socket.AI_PASSIVE)
@@ -55,15 +55,15 @@ def addresses(
 
 
 def listen(host: str, port: int) -> list[socket.socket]:
-    """Return non-blocking sockets with one port, 0 being any; raises `OSError` if there is none.
+    """Return non-blocking sockets on one port (0: any); raises `OSError` if none can be bound.
 
-    An address that is in use raises, too: half a server would be found by half of its clients.
+    An address in use raises, too: half of the clients would not find the server.
     """
     made: list[socket.socket] = []
     missing: OSError | None = None
     try:
         for family, address in addresses(host, port, socket.SOCK_STREAM):
-            # The port that the system chose for the first.
+            # All share the port that the system chose for the first.
             same = (address[0], made[0].getsockname()[1] if made else port, *address[2:])
             try:
                 one = socket.create_server(same, family=family, backlog=BACKLOG)

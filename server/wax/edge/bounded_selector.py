@@ -1,7 +1,7 @@
-"""Which sockets the event loop serves in one pass: of the connections that came in, only a few.
+"""Limits how many incoming connections the event loop serves in one pass.
 
-asyncio serves every socket that is ready before it looks at its timers. Hundreds of connections
-that end at once would take a tenth of a second, and with it the robot's next set-point.
+asyncio serves every ready socket before it runs its timers. Hundreds of connections that end at
+once would take a tenth of a second, and so delay the robot's next set-point.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from wax.edge.step_watch import StepWatch
 
 CONNECTIONS_IN_A_PASS: Final = 4
-"""Each costs a third of a millisecond until it has ended, here and in the next passes, and a TLS
-handshake 0.6 ms, or 6 with an RSA key of 4096 bits."""
+"""Each costs a third of a millisecond until it ends, in this pass and the next ones, and a TLS
+handshake 0.6 ms, or 6 ms with an RSA key of 4096 bits."""
 
 
 @dataclass(slots=True)
@@ -35,24 +35,24 @@ class _Connection:
 
 
 class BoundedSelector(selectors.DefaultSelector):
-    """The platform's selector, which leaves connections beyond the first few for the next pass.
+    """The platform's selector, which serves a few incoming connections in each pass.
 
-    Their senders take turns, by `sender_of` an address, and each one's connections, too: whoever
-    has one waits behind one of each other's. Senders for whom `is_known` holds pass the
-    others, of whom one is served then. Sockets of our own are always served. `rests` is called
-    before it waits.
+    Senders (`sender_of` an address) take turns, and so do each sender's connections: a sender's
+    only one waits for at most one of every other sender's. Those of `is_known` senders go first,
+    and of the others at least one is served. Our own sockets are always served. `before_wait` is
+    called before each wait.
     """
 
     def __init__(
         self,
         sender_of: Callable[[str], str],
-        rests: Callable[[], None],
+        before_wait: Callable[[], None],
         is_known: Callable[[str], bool] = lambda _: False,
     ) -> None:
         super().__init__()
         self._sender_of = sender_of
         self._is_known = is_known
-        self._rests = rests
+        self._before_wait = before_wait
         self._connections: dict[int, _Connection] = {}
         self._passes = 0
 
@@ -60,7 +60,7 @@ class BoundedSelector(selectors.DefaultSelector):
         self, fileobj: FileDescriptorLike, events: int, data: Any = None
     ) -> selectors.SelectorKey:
         key = super().register(fileobj, events, data)
-        self._connections.pop(key.fd, None)  # that of a socket which was closed before
+        self._connections.pop(key.fd, None)  # a closed socket had this number
         peer = _peer_of(key.fd)
         if peer is not None:
             sender = self._sender_of(peer)
@@ -73,7 +73,7 @@ class BoundedSelector(selectors.DefaultSelector):
         return key
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        self._rests()
+        self._before_wait()
         ready = super().select(timeout)
         if len(ready) <= CONNECTIONS_IN_A_PASS:
             return ready
@@ -104,16 +104,16 @@ def bounded_loop(
     watch: StepWatch,
     is_known: Callable[[str], bool] = lambda _: False,
 ) -> asyncio.AbstractEventLoop:
-    loop = asyncio.SelectorEventLoop(BoundedSelector(sender_of, watch.rests, is_known))
+    loop = asyncio.SelectorEventLoop(BoundedSelector(sender_of, watch.end_step, is_known))
     watch.ready.extend(loop._ready)  # type: ignore[attr-defined]
     loop._ready = watch.ready  # type: ignore[attr-defined]
     return loop
 
 
 def _peer_of(fd: int) -> str | None:
-    """Return the address at the other end of a connection that came in; None for other sockets.
+    """Return an incoming connection's client address; None for any other socket.
 
-    "" for one that was reset: nobody knows any more.
+    It is "" for a connection that was reset: its address is no longer known.
     """
     try:
         found = socket.socket(fileno=fd)

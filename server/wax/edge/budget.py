@@ -1,8 +1,8 @@
 """How much of the event loop's time each stranger may use. Pure.
 
-A committed rate for each, and beyond it what is left of a common pool, of which one address gets
-half at most (after the two rates of RFC 2698). So whoever floods spends the pool and then waits;
-everybody who stays within the committed rate is served at once, whatever the others do.
+Each has a committed rate and, beyond it, what is left of a common pool, of which one address gets
+at most half (two rates, after RFC 2698). So a flooder spends the pool and then waits; anybody
+within the committed rate is served at once, whatever the others do.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from weakref import WeakValueDictionary
 
 _ADDRESS_SHARE: Final = 0.5
 _LONGEST_WAIT_S: Final = 1.0
-"""However much one step has cost: a garbage collection is charged to whoever it interrupts."""
+"""However much a step has cost: a garbage collection is charged to the step it interrupts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """All in seconds of processor time, the rates in each second."""
+    """Seconds of processor time; the rates are per second."""
 
     committed: float
-    """Each payer's own; many viewers of one address have as many."""
+    """For each payer: many viewers at one address are as many payers."""
     committed_burst_s: float
     pool: float
     pool_burst_s: float
 
 
 class Budget:
-    """The pool of one kind of strangers; `payer` opens an account for each of them."""
+    """The pool that one kind of strangers shares; `payer` opens an account for each."""
 
     def __init__(self, rates: Rates) -> None:
         self._rates = rates
@@ -36,7 +36,7 @@ class Budget:
         self._addresses: WeakValueDictionary[str, _Level] = WeakValueDictionary()
 
     def payer(self, address: str) -> Payer:
-        """Return a new account of somebody at this address."""
+        """Return a new account for somebody at this address."""
         rates = self._rates
         shared = self._addresses.get(address)
         if shared is None:
@@ -47,7 +47,7 @@ class Budget:
 
 
 class Payer:
-    """One stranger's account; all times are of one clock."""
+    """One stranger's account; all times come from one clock."""
 
     def __init__(self, own: _Level, shared: tuple[_Level, ...]) -> None:
         self._own = own
@@ -58,7 +58,7 @@ class Payer:
         rest_s = cost_s - self._own.take_up_to(cost_s, now_s)
         if rest_s <= 0:
             return
-        if all(level.at(now_s) > 0 for level in self._shared):
+        if all(level.left_s(now_s) > 0 for level in self._shared):
             for level in self._shared:
                 level.owe(rest_s)
         else:
@@ -66,13 +66,13 @@ class Payer:
 
     def wait_s(self, now_s: float) -> float:
         """Return how long to wait before the next step, 1 s at most; 0 to go on at once."""
-        if self._own.at(now_s) > 0 or all(level.at(now_s) > 0 for level in self._shared):
+        if self._own.left_s(now_s) > 0 or all(one.left_s(now_s) > 0 for one in self._shared):
             return 0.0
         return self._own.recovers_in_s(now_s)
 
 
 class _Level:
-    """A bucket of seconds that fills by itself, and may be overdrawn by what fills it in 1 s."""
+    """A token bucket of seconds, whose debt is at most what refills in 1 s."""
 
     __slots__ = ("__weakref__", "_burst_s", "_filled_s", "_left_s", "_rate")
 
@@ -82,7 +82,7 @@ class _Level:
         self._left_s = burst_s
         self._filled_s = float("-inf")
 
-    def at(self, now_s: float) -> float:
+    def left_s(self, now_s: float) -> float:
         """Return what is left; a clock that runs backwards adds nothing."""
         if now_s > self._filled_s:
             self._left_s = min(self._left_s + (now_s - self._filled_s) * self._rate, self._burst_s)
@@ -90,8 +90,8 @@ class _Level:
         return self._left_s
 
     def take_up_to(self, cost_s: float, now_s: float) -> float:
-        """Take what there is of this; return how much that was."""
-        taken_s = min(cost_s, max(self.at(now_s), 0.0))
+        """Take `cost_s`, or all that is left; return how much was taken."""
+        taken_s = min(cost_s, max(self.left_s(now_s), 0.0))
         self._left_s -= taken_s
         return taken_s
 
@@ -99,4 +99,4 @@ class _Level:
         self._left_s = max(self._left_s - cost_s, -self._rate * _LONGEST_WAIT_S)
 
     def recovers_in_s(self, now_s: float) -> float:
-        return max(-self.at(now_s), 0.0) / self._rate
+        return max(-self.left_s(now_s), 0.0) / self._rate

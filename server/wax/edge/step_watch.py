@@ -1,7 +1,7 @@
-"""Which steps of the event loop are long, and what they belong to.
+"""Counts the long steps of the event loop, by the part of the program that they belong to.
 
-A step is what asyncio runs without looking at anything else: a callback, or a task up to its next
-wait. Whatever else is due then, a command or somebody's Stop, waits for its end.
+A step is what asyncio runs without a break: a callback, or a task up to its next wait. Whatever
+falls due meanwhile, such as a command or a Stop, waits for its end.
 """
 
 from __future__ import annotations
@@ -28,27 +28,27 @@ LONG_STEP: Final = "a step of the event loop was long"
 _LONG_WAIT: Final = "a step of the event loop waited for a device, a lock or other programs"
 _NEVER_S: Final = float("inf")
 _MOST_PARTS: Final = 100
-"""As many series of a metric; there are fewer callbacks and coroutines that can be long."""
+"""Bounds the series of a metric; fewer callbacks and coroutines than that can be long."""
 
 
 class StepWatch:
-    """Times each step of one event loop: `ready` is its queue, `rests` is due before it waits.
+    """Times each step of an event loop with `ready` as its queue and `end_step` before each wait.
 
-    That costs a third of a microsecond a step. Nothing is counted before `begin`.
+    This costs a third of a microsecond per step. Nothing is counted before `start_counting`.
     """
 
     def __init__(self, now_s: Callable[[], float] = time.perf_counter) -> None:
         self.ready = _Ready(self, now_s)
         self.now_s = now_s
-        self._has_begun = False
+        self._is_counting = False
         self.counts = Counter[str]()
-        """How many long steps there were, by part."""
+        """The number of long steps, by part."""
         self.longest_s: dict[str, float] = {}
         self._stacks: StackSampler | None = None
 
-    def begin(self) -> None:
-        """Count from here on: nobody drives yet while everything is loaded and opened."""
-        self._has_begun = True
+    def start_counting(self) -> None:
+        """Start counting: while everything is still loaded and opened, nobody drives."""
+        self._is_counting = True
         self.ready.began_s = self.now_s()
 
     def status(self) -> dict[str, dict[str, float]]:
@@ -58,16 +58,16 @@ class StepWatch:
             for part, count in self.counts.items()
         }
 
-    def rests(self) -> None:
-        """Note that the last step has ended."""
+    def end_step(self) -> None:
+        """Note that the last step has ended: the loop waits next."""
         ready = self.ready
         lasted_s = self.now_s() - ready.began_s
         if lasted_s > LONG_S:
-            self.was_long(ready.callback, lasted_s)
+            self.count_long(ready.callback, lasted_s)
         ready.began_s = _NEVER_S
 
-    def was_long(self, callback: object, lasted_s: float) -> None:
-        if not self._has_begun or callback is None:
+    def count_long(self, callback: object, lasted_s: float) -> None:
+        if not self._is_counting or callback is None:
             return
         part = part_of(callback)
         if part not in self.counts and len(self.counts) >= _MOST_PARTS:
@@ -75,16 +75,16 @@ class StepWatch:
         self.counts[part] += 1
         self.longest_s[part] = max(self.longest_s.get(part, 0.0), lasted_s)
         if self._stacks is not None:
-            self._stacks.tell(part, lasted_s)
+            self._stacks.log_step(part, lasted_s)
 
     def sample(self, stacks: StackSampler | None) -> None:
-        """Have each long step told to `stacks` from now on; None ends that."""
+        """Let `stacks` log each long step from now on; None ends that."""
         self._stacks = stacks
         self.ready.is_sampled = stacks is not None
 
 
 class _Ready(deque[asyncio.Handle]):
-    """asyncio's queue of steps: each begins when it is taken out, and ends with the next."""
+    """asyncio's queue of steps: each begins when it is popped, and ends when the next is."""
 
     __slots__ = ("_now_s", "_watch", "began_s", "callback", "is_sampled", "used_s")
 
@@ -94,17 +94,17 @@ class _Ready(deque[asyncio.Handle]):
         self._now_s = now_s
         self.began_s = _NEVER_S
         self.callback: object = None
-        """Of the step that runs, whose handle forgets it where it ends itself, as a read does."""
+        """The running step's; its handle forgets it if the step cancels itself, as a read may."""
         self.is_sampled = False
         self.used_s = 0.0
 
     def popleft(self, _take: Callable[[Any], asyncio.Handle] = deque.popleft) -> asyncio.Handle:
         now_s = self._now_s()
         if now_s - self.began_s > LONG_S:
-            self._watch.was_long(self.callback, now_s - self.began_s)
+            self._watch.count_long(self.callback, now_s - self.began_s)
             now_s = self._now_s()
         self.began_s = now_s
-        if self.is_sampled:  # it takes longer than all the rest here
+        if self.is_sampled:  # `thread_time` takes longer than the rest of this method
             self.used_s = time.thread_time()
         handle = _take(self)
         self.callback = handle._callback  # type: ignore[attr-defined]
@@ -112,14 +112,14 @@ class _Ready(deque[asyncio.Handle]):
 
 
 class StackSampler:
-    """Logs each long step with its stack, while open; for one who looks, as it costs some percent.
+    """Logs each long step with its stack, while open; for debugging, since it costs some percent.
 
-    The stack is the one that it was found in most often, each millisecond. Where the processor's
-    time is much shorter than the step, it waited, as for other programs.
+    It samples each millisecond, and logs the most frequent stack. A step whose processor time is
+    much shorter than the step has waited, for example for other programs.
     """
 
     def __init__(self, watch: StepWatch) -> None:
-        """Call in the thread of the event loop."""
+        """Call it in the event loop's thread."""
         self._watch = watch
         self._loop_thread = threading.get_ident()
         self._ended = threading.Event()
@@ -128,7 +128,7 @@ class StackSampler:
         self._switch_s = sys.getswitchinterval()
 
     def __enter__(self) -> Self:
-        # Python lets another thread in no sooner than that, and most long steps are over by then.
+        # By default Python switches threads after 5 ms, when most long steps are over.
         sys.setswitchinterval(LONG_S / 4)
         self._watch.sample(self)
         self._thread.start()
@@ -142,10 +142,10 @@ class StackSampler:
 
     def _run(self) -> None:
         while not self._ended.wait(LONG_S / 2):
-            self.look()
+            self.sample_stack()
 
-    def look(self) -> None:
-        """Take the stack of a step that may become a long one."""
+    def sample_stack(self) -> None:
+        """Sample the stack of the running step, if it may become a long one."""
         began_s = self._watch.ready.began_s
         if self._watch.now_s() - began_s < LONG_S / 2:
             return
@@ -154,10 +154,10 @@ class StackSampler:
             self._seen = (began_s, Counter())
         self._seen[1][stack] += 1
 
-    def tell(self, part: str, lasted_s: float) -> None:
+    def log_step(self, part: str, lasted_s: float) -> None:
         """Log the step that has just ended."""
         began_s, stacks = self._seen
-        # A copy is made in one step; the other thread may add to the original meanwhile.
+        # The copy is atomic; the sampler's thread may change the original at any time.
         seen = dict(stacks) if began_s == self._watch.ready.began_s else {}
         used_s = time.thread_time() - self._watch.ready.used_s
         _LOG.warning(
@@ -170,9 +170,9 @@ class StackSampler:
 
 
 def part_of(callback: Any) -> str:
-    """Return the coroutine, the protocol or the callback of a step, in its module; no content.
+    """Return the name of a step's coroutine, protocol or callback, with its module; no values.
 
-    Never raises, which would end the event loop.
+    It never raises: that would end the event loop.
     """
     while isinstance(callback, partial):
         callback = callback.func

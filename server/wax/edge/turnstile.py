@@ -1,8 +1,8 @@
-"""What strangers may use of one pass of the event loop, and who of them waits.
+"""Limits strangers' work in each pass of the event loop, and decides who waits.
 
 asyncio runs its timers, and with them the control loop, once a pass. So the work of all strangers
-together gets two milliseconds of each pass, and what is left waits for the next: no command of the
-operator's and no Stop is behind more than that.
+together gets two milliseconds of each pass, and the rest waits for the next: no command of the
+operator's and no Stop waits for more than that.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 _PASS_S: Final = 0.002
 _WOKEN: Final = 2
-"""Of the peers and of the requests that wait, in each pass, even where others use it up first."""
+"""Waiting peers, and waiting requests, that go on in each pass even if others use it up first."""
 
 
 class Turnstile:
-    """One for the event loop, from which everything here is called."""
+    """Make one for the event loop, and call everything here from it."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._used_s = 0.0
         self._is_next_due = False
-        self._peers, self._requests = _Line(), _Line()
+        self._peers, self._requests = _Queue(), _Queue()
         self.charged_s = 0.0
-        """What was charged to anybody since the start."""
+        """The time charged to all payers since the start."""
 
     @property
     def is_open(self) -> bool:
@@ -41,11 +41,11 @@ class Turnstile:
         return self._used_s < _PASS_S
 
     def wait_s(self, payer: Payer) -> float:
-        """Return how long this payer must wait, 0 if it need not, whatever this pass has left."""
+        """Return how long a payer's debt makes it wait, else 0; the pass's limit is `is_open`."""
         return payer.wait_s(self._clock.now_s())
 
     def charge(self, payer: Payer, began_s: float) -> None:
-        """Charge what this thread has done since `began_s`, which was its `time.thread_time()`."""
+        """Charge this thread's processor time since `began_s`, a value of `time.thread_time()`."""
         cost_s = time.thread_time() - began_s
         self._used_s += cost_s
         self.charged_s += cost_s
@@ -60,10 +60,10 @@ class Turnstile:
         """Wait until there is time for the next step of answering a request."""
         await self._enter(self._requests, payer)
 
-    async def _enter(self, line: _Line, payer: Payer) -> None:
-        if not self.is_open or payer in line.waiting:
+    async def _enter(self, queue: _Queue, payer: Payer) -> None:
+        if not self.is_open or payer in queue.waiting:
             self._plan_next_pass()
-            await line.turn(payer)
+            await queue.wait_for_turn(payer)
 
     def _plan_next_pass(self) -> None:
         if not self._is_next_due:
@@ -73,19 +73,19 @@ class Turnstile:
     def _next_pass(self) -> None:
         self._is_next_due = False
         self._used_s = 0.0
-        for line in (self._peers, self._requests):
-            line.wake()
-            if line.waiting:
+        for queue in (self._peers, self._requests):
+            queue.wake()
+            if queue.waiting:
                 self._plan_next_pass()
 
 
-class _Line:
-    """Steps that wait for the next pass; those who pay for them take turns."""
+class _Queue:
+    """Steps that wait for the next pass; their payers take turns."""
 
     def __init__(self) -> None:
         self.waiting: dict[Payer, deque[asyncio.Future[None]]] = {}
 
-    async def turn(self, payer: Payer) -> None:
+    async def wait_for_turn(self, payer: Payer) -> None:
         turn = asyncio.get_running_loop().create_future()
         self.waiting.setdefault(payer, deque()).append(turn)
         await turn
@@ -103,7 +103,7 @@ class _Line:
 class Meter:
     """One peer at the turnstile.
 
-    While it is trusted, as the operator and the host are, it is charged to an account of its own
+    While the peer is trusted, as the operator and the host are, it pays from an account of its own
     that no honest page ever uses up, and does not wait for others' work.
     """
 
@@ -127,7 +127,7 @@ class Meter:
 
     @property
     def is_open(self) -> bool:
-        """Whether something of this peer's may be handled now."""
+        """Whether this peer's traffic may be handled now."""
         payer = self._payer
         has_room = payer is self._trusted or self._turnstile.is_open
         return has_room and self._turnstile.wait_s(payer) <= 0
@@ -137,7 +137,7 @@ class Meter:
         self._turnstile.charge(self._payer, began_s)
 
     async def enter(self) -> None:
-        """Wait until something of this peer's may be handled; at once where it may now."""
+        """Wait until this peer's traffic may be handled."""
         while (wait_s := self._turnstile.wait_s(self._payer)) > 0:  # noqa: ASYNC110 - by a clock
             await asyncio.sleep(wait_s)
         if self._payer is not self._trusted:
