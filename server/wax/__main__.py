@@ -376,7 +376,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
     from wax.edge.bounded_selector import bounded_loop
     from wax.edge.step_watch import StackSampler, StepWatch
     from wax.web.page_urls import page_urls
-    from wax.web.senders import limited
+    from wax.web.senders import limit_key
 
     configure_logs(settings.log)
 
@@ -404,7 +404,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     # On Windows, the event loop has no selector.
-    serves = partial(bounded_loop, limited, watch, app.has_people_at)
+    serves = partial(bounded_loop, limit_key, watch, app.has_people_at)
     loop_factory = None if sys.platform == "win32" else serves
     stacks = StackSampler(watch) if settings.log.level == "debug" else nullcontext()
     with stacks, asyncio.Runner(loop_factory=loop_factory) as runner:

@@ -1,4 +1,4 @@
-"""The page is the host's own, and what they write in it is nothing but text."""
+"""The page is the host's own, and the host's texts in it are escaped."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ORIGIN = "http://robot.example:8080"
 
 
 class Read(HTMLParser):
-    """What a browser makes of a page's head."""
+    """A page's head, parsed as a browser does."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ class Read(HTMLParser):
 
 
 def test_without_settings_the_page_is_complete() -> None:
-    """Title, description and preview have words of the page's own, and there is no more to load."""
+    """Title, description and preview have the page's own words, and nothing more is loaded."""
     page = Read(BrandedPage(PageSettings()).html(BUILT, ORIGIN))
     assert page.title == "WAX"
     assert page.meta["description"] == "Drive a real robot from your browser."
@@ -71,7 +71,7 @@ def test_without_settings_the_page_is_complete() -> None:
 
 
 def test_the_page_is_the_hosts() -> None:
-    """Name and sentence are title, description, preview, and known to the page at once."""
+    """Name and sentence are in title, description and preview, and the page knows them at once."""
     settings = PageSettings(name="Rover", sentence="Say hello.", language="de")
     page = Read(BrandedPage(settings, {"voice": ""}).html(BUILT, ORIGIN))
     assert page.title == page.meta["og:title"] == "Rover"
@@ -86,13 +86,13 @@ def test_the_page_is_the_hosts() -> None:
 
 
 def test_a_page_in_german_is_described_in_german() -> None:
-    """Where the host says nothing, the page's own sentence is in its language."""
+    """Without a sentence of the host's, the page's own is in its language."""
     page = Read(BrandedPage(PageSettings(language="de")).html(BUILT, ORIGIN))
     assert page.meta["description"] == "Steuere einen echten Roboter in deinem Browser."
 
 
 def test_a_preview_needs_whole_addresses(tmp_path: Path) -> None:
-    """The host's public address where it is set, otherwise the one by which somebody came."""
+    """It has the host's public address if that is set, otherwise the one requested."""
     file = tmp_path / "robot.png"
     file.write_bytes(encoded("png"))
     settings = PageSettings(picture=str(file))
@@ -107,7 +107,7 @@ def test_a_preview_needs_whole_addresses(tmp_path: Path) -> None:
 
 
 def test_a_colour_is_a_style_sheet_after_the_pages_own() -> None:
-    """It outranks that one, is new by name when it changes, and has both themes."""
+    """It overrides that one, has a new URL when it changes, and has both themes."""
     own = BrandedPage(PageSettings(accent="#7a1fa2"))
     built = BUILT.replace("</head>", '<link rel="stylesheet" href="assets/a.css"></head>')
     assert Read(own.html(built, ORIGIN)).styles == [
@@ -117,15 +117,15 @@ def test_a_colour_is_a_style_sheet_after_the_pages_own() -> None:
     assert "--accent:#7a1fa2" in own.style
     assert "prefers-color-scheme:dark" in own.style
     assert own.style_digest != BrandedPage(PageSettings(accent="#7a1fa3")).style_digest
-    # What stands under more than the root would outrank it.
+    # A rule with another selector than the root's would override it.
     sheets = (WEB / "src/style").glob("*.css")
     text = "".join(sheet.read_text(encoding="utf-8") for sheet in sheets)
     rules = re.findall(r"([^{};\n]+) \{[^{}]*--accent:", text)
     assert {rule.strip() for rule in rules} == {":root"}
 
 
-def test_the_page_for_frames_knows_what_it_is() -> None:
-    """It has neither voice nor further cameras, and asks for nothing with the browser's cookies."""
+def test_the_page_for_frames_knows_that_it_is_one() -> None:
+    """It has neither voice nor more cameras, and preloads nothing with the browser's cookies."""
     own = BrandedPage(
         PageSettings(name="Rover"), {"voice": "", "cameras": "2", "player": "browser"}
     )
@@ -136,8 +136,8 @@ def test_the_page_for_frames_knows_what_it_is() -> None:
     assert "preload" not in text
 
 
-def test_a_frame_that_shows_nothing_says_why_and_links_to_the_page() -> None:
-    """What a frame without an origin keeps is its HTML: a sentence, and an address to read."""
+def test_a_frame_without_an_origin_says_why_and_links_to_the_page() -> None:
+    """Such a frame shows only its HTML: a sentence, and an address to read."""
     german = PageSettings(language="de")
     for settings, public in ((PageSettings(), ""), (german, "https://a.example/1")):
         own = BrandedPage(settings, public_url=public)
@@ -149,8 +149,8 @@ def test_a_frame_that_shows_nothing_says_why_and_links_to_the_page() -> None:
         assert link not in own.html(BUILT, ORIGIN)
 
 
-def test_a_pasted_link_becomes_the_picture_where_a_site_may_show_it(tmp_path: Path) -> None:
-    """The head says where to ask (oEmbed), and the answer is a frame of the size that fits."""
+def test_sites_that_may_show_the_page_embed_a_pasted_link(tmp_path: Path) -> None:
+    """The head names the oEmbed address, and the answer is a frame of a size that fits."""
     file = tmp_path / "robot.png"
     file.write_bytes(encoded("png"))
     settings = PageSettings(name='A "real" one', picture=str(file), embed_on=["https://a.example"])
@@ -197,8 +197,8 @@ def test_a_pasted_link_becomes_the_picture_where_a_site_may_show_it(tmp_path: Pa
         ("", {}, 404),
     ],
 )
-def test_no_other_link_becomes_anything(url: str, more: dict[str, str], status: int) -> None:
-    """Nor in another format; and of a link's secret nothing comes back."""
+def test_no_other_link_is_embedded(url: str, more: dict[str, str], status: int) -> None:
+    """No other format is supported either, and a link's secret is not echoed."""
     own = BrandedPage(PageSettings(embed_on=["https://a.example"]))
     if status == 200:
         assert "secret" not in str(own.oembed({"url": url} | more, ORIGIN))
@@ -209,7 +209,7 @@ def test_no_other_link_becomes_anything(url: str, more: dict[str, str], status: 
 
 
 class Framed(HTMLParser):
-    """What a browser makes of the one element of an answer."""
+    """The one element of an answer, parsed as a browser does."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -229,8 +229,8 @@ ANYTHING = st.text(
 
 
 @given(ANYTHING, ANYTHING)
-def test_whatever_a_host_writes_is_text(name: str, sentence: str) -> None:
-    """No name ends an attribute, begins an element or is read as an entity."""
+def test_the_hosts_texts_are_escaped(name: str, sentence: str) -> None:
+    """None of them ends an attribute, begins an element or is read as an entity."""
     plain = Read(BrandedPage(PageSettings()).html(BUILT, ORIGIN))
     page = Read(BrandedPage(PageSettings(name=name, sentence=sentence)).html(BUILT, ORIGIN))
     assert page.title == name
@@ -251,7 +251,7 @@ def test_whatever_a_host_writes_is_text(name: str, sentence: str) -> None:
     ],
 )
 def test_a_link_is_the_pages_however_it_is_written(url: str) -> None:
-    """By http or https, with the usual port or none, and in whichever letters."""
+    """Scheme, default port, case, and the form of an international name do not matter."""
     server = ServerSettings(public_url="https://müller.example/Robot")
     own = BrandedPage(PageSettings(embed_on=["https://a.example"]), public_url=server.public_url)
     told = own.oembed({"url": url}, ORIGIN)

@@ -19,21 +19,21 @@ NOW = datetime.datetime.now(datetime.UTC)
 NAMES = ["localhost", "robot.local", "192.0.2.7", "::1"]
 
 
-def test_it_is_kept(tmp_path: Path) -> None:
-    """People accept it in their browser once, so the next start has the same one."""
+def test_it_is_reused(tmp_path: Path) -> None:
+    """People accept it in their browser once, so the next start uses the same one."""
     first = self_signed(tmp_path / "state", NAMES, NOW).fingerprint()
     assert self_signed(tmp_path / "state", NAMES, NOW).fingerprint() == first
 
 
 def test_nobody_else_reads_the_key(tmp_path: Path) -> None:
-    """Not even while it is written."""
+    """Nobody can, not even while it is written."""
     kept = self_signed(tmp_path / "state", NAMES, NOW)
     assert kept.key.stat().st_mode & 0o777 == 0o600
     assert kept.key.parent.stat().st_mode & 0o777 == 0o700
 
 
 def test_it_is_renewed_in_time(tmp_path: Path) -> None:
-    """A month before it ends, and when key and certificate do not belong together."""
+    """It is replaced a month before it expires, or when key and certificate do not match."""
     first = self_signed(tmp_path, NAMES, NOW)
     old = first.fingerprint()
     later = NOW + LASTS - datetime.timedelta(days=29)
@@ -44,7 +44,7 @@ def test_it_is_renewed_in_time(tmp_path: Path) -> None:
 
 
 def test_one_from_the_future_is_replaced(tmp_path: Path) -> None:
-    """A first start by a wrong clock costs one certificate; a step of an hour costs none."""
+    """A first start with a wrong clock costs one certificate; a step of an hour costs none."""
     future = self_signed(tmp_path, NAMES, NOW + datetime.timedelta(days=5 * 365)).fingerprint()
     kept = self_signed(tmp_path, NAMES, NOW)
     right = kept.fingerprint()
@@ -53,8 +53,8 @@ def test_one_from_the_future_is_replaced(tmp_path: Path) -> None:
     assert self_signed(tmp_path, NAMES, NOW - datetime.timedelta(hours=1)).fingerprint() == right
 
 
-def test_a_new_address_needs_a_new_one(tmp_path: Path) -> None:
-    """A name that is gone does not: each new certificate has to be accepted again."""
+def test_a_new_address_needs_a_new_certificate(tmp_path: Path) -> None:
+    """A name that is gone needs none, since people must accept each new certificate."""
     first = self_signed(tmp_path, NAMES, NOW).fingerprint()
     assert self_signed(tmp_path, NAMES[1:], NOW).fingerprint() == first
     assert self_signed(tmp_path, [*NAMES, "192.0.2.8"], NOW).fingerprint() != first
@@ -63,13 +63,13 @@ def test_a_new_address_needs_a_new_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("damage", [b"", b"nonsense", b"-----BEGIN CERTIFICATE-----\n"])
 def test_a_damaged_one_is_replaced(tmp_path: Path, damage: bytes) -> None:
-    """A half-written file is no reason not to start."""
+    """A half-written file does not prevent the start."""
     self_signed(tmp_path, NAMES, NOW).chain.write_bytes(damage)
     assert len(self_signed(tmp_path, NAMES, NOW).fingerprint()) == 32 * 3 - 1
 
 
 def test_a_browser_could_check_the_name(tmp_path: Path) -> None:
-    """A client that trusts it finds the names and addresses that we serve."""
+    """A client that trusts it accepts the names and addresses that we serve, and no other."""
     kept = self_signed(tmp_path, NAMES, NOW)
     client = ssl.create_default_context(cafile=str(kept.chain))
     for name in NAMES:
@@ -95,7 +95,7 @@ def _shake_hands(server: ssl.SSLContext, client: ssl.SSLContext, name: str) -> b
 
 
 def test_nobody_is_asked_for_a_key_s_password(tmp_path: Path) -> None:
-    """A locked key is a sentence; OpenSSL would wait at the terminal, and a service has none."""
+    """An encrypted key is an error; OpenSSL would ask at the terminal, and a service has none."""
     kept = self_signed(tmp_path, NAMES, NOW)
     key = serialization.load_pem_private_key(kept.key.read_bytes(), None)
     locked = key.private_bytes(
@@ -108,8 +108,8 @@ def test_nobody_is_asked_for_a_key_s_password(tmp_path: Path) -> None:
         kept.context()
 
 
-def test_what_cannot_be_used_is_said(tmp_path: Path) -> None:
-    """A sentence with the file, whatever is wrong with it."""
+def test_files_that_cannot_be_used_are_named(tmp_path: Path) -> None:
+    """The error names the file, whatever is wrong with it."""
     missing = Certificate(tmp_path / "none.pem", tmp_path / "none.key")
     with pytest.raises(StartError, match=r"none\.pem"):
         missing.context()

@@ -1,4 +1,4 @@
-"""Connections: nobody has them all, and who waits makes room for who asks."""
+"""Limits of connections: no address has them all, and idle ones make room for newcomers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from wax.web.connection_limits import ConnectionLimits, TrackedConnection
 
 
 class Bed:
-    """Connections by name, and which were closed to make room; the clock is turned by hand."""
+    """Limits with named connections, those that were closed, and a clock turned by hand."""
 
     def __init__(self, *, most: int = 4, most_per_address: int = 2) -> None:
         self.limits = ConnectionLimits(most=most, most_per_address=most_per_address)
@@ -24,16 +24,16 @@ class Bed:
         return self.limits.enter(address, close, self.now_s, limited=limited)
 
     def comes(self, name: str, address: str, *, answers: bool = False) -> TrackedConnection:
-        """Let one enter that must find room."""
+        """Admit one, which must find room."""
         tracked = self.enter(name, address)
         assert tracked is not None
         if answers:
-            self.limits.answers(tracked)
+            self.limits.mark_answering(tracked)
         return tracked
 
 
 def test_one_address_has_a_share() -> None:
-    """Beyond it its own make room, never others'."""
+    """Beyond its share, only the address's own connections make room, never others'."""
     bed = Bed()
     first = bed.comes("a", "x", answers=True)
     bed.comes("b", "x", answers=True)
@@ -42,41 +42,42 @@ def test_one_address_has_a_share() -> None:
     bed.limits.leave(first)
     bed.limits.leave(first)
     bed.comes("e", "x")
-    assert (bed.closed, bed.limits.refused, bed.limits.of("x"), len(bed.limits)) == ([], 1, 2, 3)
+    assert (bed.closed, bed.limits.refused) == ([], 1)
+    assert (bed.limits.count_of("x"), len(bed.limits)) == (2, 3)
 
 
 def test_a_trusted_proxy_has_no_share() -> None:
-    """It brings everybody's connections."""
+    """A trusted proxy carries everybody's connections."""
     bed = Bed()
     assert all(bed.enter(name, "x", limited=False) for name in "abcd")
 
 
-def test_a_neighbour_who_is_silent_makes_room() -> None:
-    """Nobody keeps others of their address out: idle ones yield, then the longest silent."""
+def test_silent_neighbours_make_room() -> None:
+    """Nobody keeps neighbours out: idle connections close first, then the longest silent."""
     bed = Bed()
     bed.comes("a", "x")
     idle = bed.comes("b", "x")
-    bed.limits.answers(idle)
-    bed.limits.idles(idle)
+    bed.limits.mark_answering(idle)
+    bed.limits.mark_idle(idle)
     for name in "cdef":
         bed.comes(name, "x")
     assert bed.closed == ["b", "a", "c", "d"]
 
 
-def test_a_request_that_began_again_is_not_the_longest() -> None:
-    """What counts is when the request began, not the connection."""
+def test_a_connections_age_is_that_of_its_request() -> None:
+    """The connection whose request began first is closed, not the one opened first."""
     bed = Bed()
     first = bed.comes("a", "x")
     bed.comes("b", "x")
-    bed.limits.answers(first)
-    bed.limits.idles(first)
-    bed.limits.begins(first, 1.0)
+    bed.limits.mark_answering(first)
+    bed.limits.mark_idle(first)
+    bed.limits.mark_reading(first, 1.0)
     bed.comes("c", "x")
     assert bed.closed == ["b"]
 
 
-def test_a_full_house_takes_from_who_has_most() -> None:
-    """Whoever reads slowly but has one connection keeps it; of the greedy the oldest goes."""
+def test_a_full_server_closes_a_connection_of_the_address_with_most() -> None:
+    """A slow reader with one connection keeps it; of greedy addresses', the oldest closes."""
     bed = Bed(most=6, most_per_address=3)
     bed.comes("modem", "m", answers=True)
     bed.now_s = 5.0
@@ -90,8 +91,8 @@ def test_a_full_house_takes_from_who_has_most() -> None:
     assert bed.closed == ["a", "b"]
 
 
-def test_when_all_are_at_work_nobody_makes_room() -> None:
-    """A request that has only just begun is not broken off for a newcomer."""
+def test_while_all_are_answering_nobody_makes_room() -> None:
+    """A request that has only just begun is not cut off for a newcomer."""
     bed = Bed()
     for name in "abcd":
         bed.comes(name, name, answers=True)
@@ -102,8 +103,8 @@ def test_when_all_are_at_work_nobody_makes_room() -> None:
     assert bed.enter("e", "e")
 
 
-def test_whoever_has_fewer_waits_for_no_answer() -> None:
-    """Addresses that fill the house at once keep nobody out, not even for the first second."""
+def test_an_address_with_fewer_waits_for_no_answer() -> None:
+    """Addresses that fill the server at once keep nobody out, not even for the first second."""
     bed = Bed(most=6, most_per_address=3)
     for name in "abc":
         bed.comes(name, "x", answers=True)
@@ -116,47 +117,48 @@ def test_whoever_has_fewer_waits_for_no_answer() -> None:
     assert bed.enter("third", "guest") is None, "now nobody has more"
 
 
-def test_who_holds_most_of_requests_makes_room() -> None:
-    """The address that holds most loses its largest; what is answered or gone is held no longer."""
+def test_the_address_that_holds_most_bytes_makes_room() -> None:
+    """It loses its largest connection; answered or closed requests no longer count."""
     bed = Bed()
     guest, answered = bed.comes("guest", "g"), bed.comes("answered", "w")
     few, many = bed.comes("few", "x"), bed.comes("many", "x")
-    bed.limits.holds(answered, 4 * 12_288)
-    bed.limits.holds(answered, 0)
-    bed.limits.holds(few, 10_000)
-    bed.limits.holds(many, 30_000)
-    bed.limits.is_for(many, "y", 0.0, limited=True)
-    bed.limits.is_for(many, "x", 0.0, limited=True)
+    bed.limits.set_held_bytes(answered, 4 * 12_288)
+    bed.limits.set_held_bytes(answered, 0)
+    bed.limits.set_held_bytes(few, 10_000)
+    bed.limits.set_held_bytes(many, 30_000)
+    bed.limits.count_for(many, "y", 0.0, limited=True)
+    bed.limits.count_for(many, "x", 0.0, limited=True)
     assert bed.closed == []
-    bed.limits.holds(guest, 12_288)
+    bed.limits.set_held_bytes(guest, 12_288)
     assert bed.closed == ["many"]
-    bed.limits.holds(many, 30_000)
-    bed.limits.holds(few, 4 * 12_288 - 12_288)
+    bed.limits.set_held_bytes(many, 30_000)
+    bed.limits.set_held_bytes(few, 4 * 12_288 - 12_288)
     assert bed.closed == ["many"]
 
 
-def test_a_proxys_connections_count_for_those_who_ask() -> None:
-    """One client behind it has a share, others have their own, and waiting ones are the proxy's."""
+def test_a_proxys_connections_count_as_its_clients() -> None:
+    """Each client behind it has a share of its own; waiting connections are the proxy's."""
     bed = Bed(most=9)
     all_tracked = [bed.enter(name, "proxy", limited=False) for name in "abc"]
     for tracked, now_s in zip(all_tracked, (0.0, 0.0, 1.0), strict=True):
         assert tracked is not None
-        assert bed.limits.is_for(tracked, "troll", now_s, limited=True)
-        bed.limits.answers(tracked)
+        assert bed.limits.count_for(tracked, "troll", now_s, limited=True)
+        bed.limits.mark_answering(tracked)
     assert bed.closed == ["a"]
     fourth = bed.enter("d", "proxy", limited=False)
     assert fourth is not None
-    assert not bed.limits.is_for(fourth, "troll", 0.5, limited=True), "both have only begun"
-    assert bed.limits.is_for(fourth, "guest", 0.5, limited=True)
-    assert (bed.limits.of("troll"), bed.limits.of("guest"), bed.limits.of("proxy")) == (2, 1, 0)
-    assert bed.limits.is_for(fourth, "proxy", 0.5, limited=False)
-    assert (bed.limits.of("guest"), bed.limits.of("proxy"), len(bed.limits)) == (0, 1, 3)
+    assert not bed.limits.count_for(fourth, "troll", 0.5, limited=True), "both have only begun"
+    assert bed.limits.count_for(fourth, "guest", 0.5, limited=True)
+    assert [bed.limits.count_of(one) for one in ("troll", "guest", "proxy")] == [2, 1, 0]
+    assert bed.limits.count_for(fourth, "proxy", 0.5, limited=False)
+    assert [bed.limits.count_of(one) for one in ("guest", "proxy")] == [0, 1]
+    assert len(bed.limits) == 3
 
 
 @examples(200)
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 3)), max_size=80))
 def test_the_limits_hold_whatever_happens(steps: list[tuple[int, int]]) -> None:
-    """Neither in all nor for one address are there ever more, and nothing is counted twice."""
+    """Neither the total nor any address ever exceeds its limit, and nothing counts twice."""
     bed = Bed(most=5, most_per_address=3)
     all_tracked: list[TrackedConnection] = []
     for number, (what, which) in enumerate(steps):
@@ -170,16 +172,16 @@ def test_the_limits_hold_whatever_happens(steps: list[tuple[int, int]]) -> None:
                 all_tracked.remove(tracked)
                 bed.limits.leave(tracked)
             elif what == 5:
-                bed.limits.is_for(tracked, "zyxw"[which], bed.now_s, limited=True)
+                bed.limits.count_for(tracked, "zyxw"[which], bed.now_s, limited=True)
             elif what == 1:
-                bed.limits.begins(tracked, bed.now_s)
+                bed.limits.mark_reading(tracked, bed.now_s)
             else:
-                (bed.limits.answers, bed.limits.idles)[what - 2](tracked)
+                (bed.limits.mark_answering, bed.limits.mark_idle)[what - 2](tracked)
         all_tracked = [tracked for tracked in all_tracked if tracked in bed.limits]
         assert len(bed.limits) == len(all_tracked) <= 5
         assert all(sum(one.address == address for one in all_tracked) <= 3 for address in "wxyz")
         assert all(
-            bed.limits.of(one) == sum(p.address == one for p in all_tracked) for one in "wxyz"
+            bed.limits.count_of(one) == sum(p.address == one for p in all_tracked) for one in "wxyz"
         )
     bed.limits.close_all()
     assert len(bed.closed) >= len(all_tracked)

@@ -1,4 +1,4 @@
-"""Cookies: ours are found among any number, and under HTTPS no neighbour can plant them."""
+"""Cookies: ours are found among any number, and under HTTPS no other site can plant them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from wax.web import cookies
     ],
 )
 def test_what_a_browser_shows(headers: list[str], scheme: str, expected: Shown) -> None:
-    """Under HTTPS the names that no other site can set come first, and the old ones last."""
+    """Under HTTPS, the names that no other site can set take precedence over the old ones."""
     assert cookies.shown(headers, scheme) == expected
 
 
-def test_a_neighbour_cannot_plant_an_identity() -> None:
-    """What is given under HTTPS counts under its own name only, and cannot be made to count."""
+def test_another_site_cannot_plant_an_identity() -> None:
+    """An identity given under HTTPS counts only under the prefixed name, even without its mark."""
     clock = TurnedClock()
     access = make_access(Records(clock), clock)
     given = access.new_identity(bound=True)
@@ -43,10 +43,10 @@ def test_a_neighbour_cannot_plant_an_identity() -> None:
 
 
 @pytest.mark.parametrize(("scheme", "name"), [("http", "wax-host"), ("https", "__Host-wax-host")])
-def test_how_cookies_are_given(scheme: str, name: str) -> None:
-    """With the prefix they must be secure, for all paths and for no other host (RFC 6265bis)."""
+def test_the_attributes_of_cookies(scheme: str, name: str) -> None:
+    """Prefixed cookies must be secure, for all paths and for no other host (RFC 6265bis)."""
     answer = web.Response()
-    cookies.give_host(answer, "b", scheme)
+    cookies.set_host(answer, "b", scheme)
     given = answer.cookies[name]
     assert (given.value, given["path"], given["domain"]) == ("b", "/", "")
     assert (bool(given["secure"]), given["httponly"]) == (scheme == "https", True)
@@ -55,8 +55,8 @@ def test_how_cookies_are_given(scheme: str, name: str) -> None:
         assert answer.cookies["wax-host"]["max-age"] == "0", "the old name goes"
 
 
-def test_who_is_renamed() -> None:
-    """Only whoever shows no new name, and only under HTTPS."""
-    assert cookies.to_rename(["wax-id=a"], "https")
-    assert not cookies.to_rename(["wax-id=a; __Host-wax-id=b"], "https")
-    assert not cookies.to_rename(["wax-id=a"], "http")
+def test_which_cookies_lack_the_prefix() -> None:
+    """Only identities without a prefixed cookie do, and only under HTTPS."""
+    assert cookies.lacks_prefix(["wax-id=a"], "https")
+    assert not cookies.lacks_prefix(["wax-id=a; __Host-wax-id=b"], "https")
+    assert not cookies.lacks_prefix(["wax-id=a"], "http")

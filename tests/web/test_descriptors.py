@@ -1,4 +1,4 @@
-"""Connections fit into the files that the process may have open, and it takes what it may have."""
+"""Connections fit into the limit of open files, which is raised to the maximum."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from wax.web import descriptors
     ],
 )
 def test_how_many_fit(limit: int | None, tree: dict[str, object], expected: int) -> None:
-    """Beside the sockets of all viewers; a few always."""
+    """The sockets of all viewers come first, but a few connections always fit."""
     assert descriptors.connections_that_fit(Settings.model_validate(tree), limit) == expected
 
 
 @pytest.mark.parametrize(("most", "level"), [(1024, "warning"), (4096, "ok")])
-def test_the_doctor_tells(most: int, level: str) -> None:
-    """Whether what is configured fits into what this user may have."""
+def test_the_doctor_checks_the_limit(most: int, level: str) -> None:
+    """It says whether the configured connections fit into this user's limit."""
     verdict = machine.open_files(Settings(), most)
     assert verdict.level == level
     assert str(most) in verdict.sentence
@@ -39,7 +39,7 @@ def test_the_doctor_tells(most: int, level: str) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
 def test_the_limit_is_raised_where_it_is_called_infinite(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As on macOS, which gives 256 and refuses infinity: that left 16 connections for everybody."""
+    """On macOS it is 256 and cannot be infinite, which left 16 connections for everybody."""
     resource: Any = vars(descriptors)["resource"]
     infinity = resource.RLIM_INFINITY
     now = [(256, infinity)]
@@ -59,7 +59,7 @@ def test_the_limit_is_raised_where_it_is_called_infinite(monkeypatch: pytest.Mon
 @pytest.mark.system
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
 def test_the_limit_is_raised() -> None:
-    """From what a shell gives to what the user may have."""
+    """It rises from a shell's default to the user's maximum."""
     program = (
         "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (100, 300))\n"
         "from wax.web import descriptors; descriptors.raise_limit(); print(descriptors.limit())"

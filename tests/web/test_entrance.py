@@ -1,4 +1,4 @@
-"""Raw and slow connections: each has its time, and everybody else is served meanwhile."""
+"""Raw and slow connections: each has a timeout, and everybody else is served meanwhile."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ pytestmark = pytest.mark.system
 
 READ_S: Final = 60.0
 IDLE_S: Final = 120.0
-"""These pass when a test turns the clock, not before."""
+"""These timeouts expire when a test turns the clock, not before."""
 GET: Final = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 POST: Final = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 20\r\n\r\n"
 KNOWN: Final = GET[:-2] + b"Cookie: wax-id=ada\r\n\r\n"
@@ -64,12 +64,12 @@ def _long_times(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def turn(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
-    """Return what lets so many seconds pass at once."""
+    """Return a function that advances the loop's clock by seconds."""
     return lambda by_s: turn_loop(by_s, monkeypatch)
 
 
 class Pace:
-    """How a slow handler takes its time."""
+    """Controls a slow handler."""
 
     def __init__(self) -> None:
         self.thinks, self.goes_on = asyncio.Event(), asyncio.Event()
@@ -151,7 +151,7 @@ async def open_entrance(
 async def _until_closed(
     port: int, *pieces: bytes, drip: bytes = b"", context: ssl.SSLContext | None = None
 ) -> bytes:
-    """Send pieces, then drip; return what came back until it is closed."""
+    """Send pieces, then `drip` repeatedly; return all output until the connection is closed."""
     reader, writer = await asyncio.open_connection(
         "127.0.0.1", port, ssl=context, server_hostname="localhost" if context else None
     )
@@ -179,7 +179,7 @@ async def _until_closed(
 
 
 def _unread(port: int, more: bytes = b"") -> socket.socket:
-    """Ask for much and take nothing of it, with a window that tells soon of what was taken."""
+    """Request much and read nothing, with a receive buffer so small that each read shows."""
     made = socket.socket()
     made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 16_384)
     made.connect(("127.0.0.1", port))
@@ -188,7 +188,7 @@ def _unread(port: int, more: bytes = b"") -> socket.socket:
 
 
 def _states(entrance: Entrance) -> list[str]:
-    """Return what each connection is at."""
+    """Return the state of each connection."""
     return [one.state for own in entrance.limits.connections._by_address.values() for one in own]
 
 
@@ -197,7 +197,7 @@ async def _until_open(entrance: Entrance, number: int) -> None:
 
 
 async def _only_one(entrance: Entrance) -> connection.Connection:
-    """Wait until there is a connection, the only one, and return it."""
+    """Wait for the only connection, and return it."""
     server: Any = entrance._runner.server
     await async_until(lambda: len(server.connections) > 0)
     (one,) = server.connections
@@ -216,7 +216,7 @@ async def _get(port: int, request: bytes = GET, **more: Any) -> bytes:
 
 
 async def test_slow_connections_are_cut(turn: Callable[[float], None]) -> None:
-    """Silent, half a header, drips of a header or of a body: all closed in time, others served."""
+    """Silent or dripping clients, in header or body, are closed in time; others are served."""
     async with open_entrance() as entrance:
         port = entrance.port
         slow = [
@@ -241,8 +241,8 @@ async def test_slow_connections_are_cut(turn: Callable[[float], None]) -> None:
         assert entrance.limits.status()["cut"] >= len(slow)
 
 
-async def test_what_hides_behind_a_good_request(turn: Callable[[float], None]) -> None:
-    """Half a header behind a whole request has no more time than any other."""
+async def test_half_a_header_after_a_good_request_times_out(turn: Callable[[float], None]) -> None:
+    """It has no more time than the first header of a connection."""
     async with open_entrance() as entrance:
         for pieces, drip in (
             ((GET + GET[:-2],), b""),
@@ -259,13 +259,13 @@ async def test_what_hides_behind_a_good_request(turn: Callable[[float], None]) -
 
 
 async def _all_answered(entrance: Entrance, requests: int) -> None:
-    """Wait until the only connection was answered so often, and has nothing more to say."""
+    """Wait until the only connection has had so many answers, and is idle."""
     one = await _only_one(entrance)
     await async_until(lambda: one._request_count == requests and _states(entrance) == ["idle"])
 
 
 async def test_idle_connections_are_kept_for_a_while(turn: Callable[[float], None]) -> None:
-    """A browser's next request finds the connection open, and a later one need not."""
+    """A browser's next request finds the connection open; after the timeout it is closed."""
     async with open_entrance() as entrance:
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
         for number in (1, 2):
@@ -282,7 +282,7 @@ async def test_idle_connections_are_kept_for_a_while(turn: Callable[[float], Non
 
 
 async def test_a_handler_may_take_its_time(turn: Callable[[float], None]) -> None:
-    """Only what the client does is limited so shortly, not how long we think."""
+    """The short timeout is for the client, not for our own work."""
     async with open_entrance() as entrance:
         pace = entrance._runner.app[PACE]
         half = POST.replace(b"/ ", b"/slow ") + b"y" * 10
@@ -299,8 +299,8 @@ async def test_a_handler_may_take_its_time(turn: Callable[[float], None]) -> Non
             pace.goes_on.clear()
 
 
-async def test_who_does_not_read_the_answer(turn: Callable[[float], None]) -> None:
-    """An answer that nobody takes is not kept for ever."""
+async def test_a_client_that_does_not_read_times_out(turn: Callable[[float], None]) -> None:
+    """An answer that nobody reads is not kept for ever."""
     async with open_entrance() as entrance:
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port, limit=1000)
         writer.write(GET.replace(b"/ ", b"/large ", 1))
@@ -312,7 +312,7 @@ async def test_who_does_not_read_the_answer(turn: Callable[[float], None]) -> No
 
 
 async def test_one_address_has_its_share(turn: Callable[[float], None]) -> None:
-    """Over it, those that wait for nothing make room, and then those that say nothing."""
+    """Beyond its share, idle connections make room first, then silent ones."""
     async with open_entrance(max_connections_per_address=4) as entrance:
         idle = asyncio.create_task(_until_closed(entrance.port, GET))
         await async_until(lambda: _states(entrance) == ["idle"])
@@ -330,7 +330,7 @@ async def test_one_address_has_its_share(turn: Callable[[float], None]) -> None:
 
 
 async def test_nothing_is_parsed_before_its_turn() -> None:
-    """Of twenty requests in one piece the second begins when the first was answered."""
+    """Of twenty requests in one piece, the second begins when the first was answered."""
     async with open_entrance() as entrance:
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
         slow = POST.replace(b"/ ", b"/slow ") + b"y" * 20
@@ -347,8 +347,8 @@ async def test_nothing_is_parsed_before_its_turn() -> None:
         await asyncio.sleep(0.05)
 
 
-async def test_what_comes_as_it_ends() -> None:
-    """A request whose turn comes when its connection has made room already is no error."""
+async def test_data_after_the_end_is_no_error() -> None:
+    """A request that arrives when its connection is already aborted raises nothing."""
     errors: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, found: errors.append(found))
     async with open_entrance() as entrance:
@@ -365,10 +365,10 @@ async def test_what_comes_as_it_ends() -> None:
 
 
 @pytest.mark.parametrize("https", [False, True])
-async def test_what_makes_room_as_it_begins(
+async def test_a_connection_displaced_as_it_begins_is_closed(
     https: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A connection that is displaced before asyncio has made it is closed, and no error."""
+    """Displacing a connection before asyncio has set it up raises nothing."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     errors: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, found: errors.append(found))
@@ -391,10 +391,10 @@ async def test_what_makes_room_as_it_begins(
     "begun",
     [b"", GET, *(b"GET " + path + GET[5:] for path in (b"/pieces", b"/large", b"/paced")), POST],
 )
-async def test_who_is_gone_leaves_nothing(
+async def test_a_lost_connection_leaves_nothing(
     https: bool, begun: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever a connection was about, its memory is free without the garbage collector."""
+    """Whatever a connection was doing, its memory is freed without the garbage collector."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     async with open_entrance(https=https) as entrance:
         context = _trusting(tmp_path / "certificate.pem") if https else None
@@ -404,8 +404,8 @@ async def test_who_is_gone_leaves_nothing(
             _, writer = await asyncio.open_connection("127.0.0.1", entrance.port, ssl=context)
             writer.write(begun)
             served = await _only_one(entrance)
-            await asyncio.sleep(0.1)  # it is about it now
-            left = [weakref.ref(one) for one in (served.transport, served.line)]
+            await asyncio.sleep(0.1)  # it is being served now
+            left = [weakref.ref(one) for one in (served.transport, served.tcp_transport)]
             del served
             writer.transport.abort()
             await async_until(lambda: len(entrance.limits.connections) == 0)
@@ -416,10 +416,10 @@ async def test_who_is_gone_leaves_nothing(
             gc.enable()
 
 
-async def test_a_file_that_waits_its_turn_does_so_for_a_while(
+async def test_a_file_is_paced_for_a_while(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Small pieces, each after its pause; the rest is not paced, but counted."""
+    """It goes out in small pieces with pauses; then the rest is not paced, but counted."""
     counted: list[int] = []
     paused_s: list[float] = []
 
@@ -446,8 +446,8 @@ async def test_a_file_that_waits_its_turn_does_so_for_a_while(
     assert counted == [200] * 5 + [16_384]
 
 
-async def test_headers_without_measure_are_refused() -> None:
-    """More than 16 KiB of them gets 431, with a sentence; so many cookies are no work at all."""
+async def test_oversized_headers_are_refused() -> None:
+    """More than 16 KiB get 431, with a sentence; thousands of cookies below it are accepted."""
     async with open_entrance() as entrance:
         cookies = b"Cookie: " + b"a=1; " * 1000 + b"\r\n"
         many = GET[:-2] + cookies * 3 + b"\r\n"
@@ -461,8 +461,8 @@ async def test_headers_without_measure_are_refused() -> None:
         assert entrance.limits.status()["cut"] == 2
 
 
-async def test_a_body_without_an_end_is_the_last() -> None:
-    """Behind chunks with extensions, or two lengths, no further request is answered."""
+async def test_after_a_body_of_unknown_end_the_connection_closes() -> None:
+    """No request after a chunked body, or after two lengths, is answered."""
     chunked = GET[:-2].replace(b"GET", b"POST") + b"Transfer-Encoding: chunked\r\n\r\n"
     async with open_entrance() as entrance:
         for body in (b"3;a=b;c=d\r\nyyy\r\n0\r\n\r\n", b"1\r\ny\r\n" * 3 + b"0\r\n\r\n"):
@@ -473,8 +473,8 @@ async def test_a_body_without_an_end_is_the_last() -> None:
         assert said.count(b"HTTP/1.") == 1
 
 
-async def test_half_bodies_make_room() -> None:
-    """Whatever their form, all together hold so much; what is answered is held no longer."""
+async def test_incomplete_bodies_make_room() -> None:
+    """Whatever their form, their total is limited; answered ones no longer count."""
     async with open_entrance(max_connections=16, max_connections_per_address=16) as entrance:
         port, connections = entrance.port, entrance.limits.connections
         large = POST.replace(b": 20", b": 50000") + b"y" * 50_000
@@ -494,8 +494,8 @@ async def test_half_bodies_make_room() -> None:
         await asyncio.wait([*rest, whole])
 
 
-async def test_a_body_in_crumbs_is_refused(caplog: pytest.LogCaptureFixture) -> None:
-    """Thousands of chunks of a byte are thousands of lines to parse; a proxy's are longer."""
+async def test_a_body_in_tiny_chunks_is_refused(caplog: pytest.LogCaptureFixture) -> None:
+    """Thousands of one-byte chunks are thousands of lines to parse; a proxy's are longer."""
     async with open_entrance() as entrance:
         for size, status in ((1, b"400"), (40, b"400"), (200, b"200")):
             chunk = b"%x\r\n%s\r\n" % (size, b"y" * size)
@@ -507,10 +507,10 @@ async def test_a_body_in_crumbs_is_refused(caplog: pytest.LogCaptureFixture) -> 
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
 
 
-async def test_reading_goes_on_at_no_cost_where_it_has_not_stopped(
+async def test_resuming_costs_nothing_while_reading_is_not_paused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """That is asked for after each piece of a body, while others wait in line."""
+    """Reading is resumed after each piece of a body, even while data waits in the queue."""
     async with open_entrance() as entrance:
         _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
         writer.write(POST.replace(b"/ ", b"/slow ") + b"y" * 20 + GET)
@@ -535,8 +535,8 @@ async def test_reading_goes_on_at_no_cost_where_it_has_not_stopped(
         b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMA\r\n",
     ],
 )
-async def test_what_http_has_besides(more: bytes, turn: Callable[[float], None]) -> None:
-    """Whoever expects or wants to change to something is answered, and asks again as usual."""
+async def test_expect_and_upgrade_are_answered(more: bytes, turn: Callable[[float], None]) -> None:
+    """A request with such a header is served like any other, and so is the next one."""
     async with open_entrance() as entrance:
         request = POST[:-2] + more + b"\r\n" + b"y" * 20
         closing = asyncio.create_task(_until_closed(entrance.port, request + GET))
@@ -547,8 +547,8 @@ async def test_what_http_has_besides(more: bytes, turn: Callable[[float], None])
         assert b'{"read": 20}' in said
 
 
-async def test_who_does_not_read_makes_room(turn: Callable[[float], None]) -> None:
-    """Where all answer somebody who reads nothing, the oldest of who has most is broken off."""
+async def test_clients_that_do_not_read_make_room(turn: Callable[[float], None]) -> None:
+    """If nobody reads their answers, the oldest of the address with the most is cut off."""
     async with open_entrance(max_connections=16, max_connections_per_address=16) as entrance:
         greedy = [_unread(entrance.port) for _ in range(16)]
         await async_until(lambda: _states(entrance) == ["answering"] * 16)
@@ -563,18 +563,18 @@ async def test_who_does_not_read_makes_room(turn: Callable[[float], None]) -> No
         await asyncio.sleep(0.1)
 
 
-async def test_an_answer_that_stands_still_is_broken_off(
+async def test_a_stalled_answer_is_cut_off(
     monkeypatch: pytest.MonkeyPatch, turn: Callable[[float], None]
 ) -> None:
-    """Long before the time that a slow one has; one that moves goes on."""
-    monkeypatch.setitem(watch._LASTS_S, "answering", 6 * watch.STILL_S)
+    """It ends long before the timeout of a slow one, which goes on while it is read."""
+    monkeypatch.setitem(watch._LASTS_S, "answering", 6 * watch.STALL_S)
     async with open_entrance() as entrance:
         slow, still = _unread(entrance.port), _unread(entrance.port)
         await async_until(lambda: _states(entrance) == ["answering"] * 2)
         while entrance.limits.status()["cut"] == 0:
             slow.recv(60_000)
             await asyncio.sleep(0.1)  # all buffers are full again
-            turn(watch.STILL_S)
+            turn(watch.STALL_S)
             await asyncio.sleep(0)
         await async_until(lambda: len(entrance.limits.connections) == 1)
         assert entrance.limits.status()["cut"] == 1
@@ -588,7 +588,7 @@ def _who(shown: Shown, *_: str) -> tuple[str, bool] | None:
 
 
 async def test_a_new_connection_from_where_somebody_watches_does_not_wait() -> None:
-    """They may want to stop the robot; their address and all strangers have used up everything."""
+    """Its client may want to stop the robot, when strangers there have used up the budget."""
     clock = TurnedClock()
     async with open_entrance(_who, clock, has_people_at="127.0.0.1".__eq__) as entrance:
         flood = entrance.limits.budgets.of_guest("127.0.0.1")
@@ -598,10 +598,10 @@ async def test_a_new_connection_from_where_somebody_watches_does_not_wait() -> N
             assert b'{"read": 0}' in await _get(entrance.port, KNOWN)
 
 
-async def test_a_connection_that_ended_before_its_turn_is_not_made(
+async def test_a_connection_closed_before_its_turn_is_not_served(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Whoever connects and resets a thousand times a second costs next to nothing."""
+    """A client that connects and resets a thousand times a second costs next to nothing."""
     clock = TurnedClock()
     made: list[object] = []
     begins = connection.Connection.connection_made
@@ -626,7 +626,7 @@ async def test_a_connection_that_ended_before_its_turn_is_not_made(
 
 
 async def test_many_are_accepted_in_a_pass() -> None:
-    """What waits in the system's queue has no order that is ours: a flood is in front of all."""
+    """In the kernel's queue everybody waits behind a flood, since we cannot reorder it."""
     accepted: list[socket.socket] = []
     found = listening.Listening("127.0.0.1", 0, lambda made, _: accepted.append(made))
     clients = [socket.create_connection(("127.0.0.1", found.port)) for _ in range(12)]
@@ -638,10 +638,10 @@ async def test_many_are_accepted_in_a_pass() -> None:
         one.close()
 
 
-async def test_whoever_asks_pays_for_what_their_cookies_cost(
+async def test_a_client_pays_for_checking_its_cookies(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Of each request, also of those that came in one piece with the first."""
+    """It pays for each request, even for those in one piece with the first."""
 
     def slowly(shown: Shown, *_: str) -> tuple[str, bool] | None:
         until_s = time.thread_time() + 0.02
@@ -664,8 +664,8 @@ async def test_whoever_asks_pays_for_what_their_cookies_cost(
     assert sum(charged_s) >= 3 * 0.02
 
 
-async def test_who_is_known_is_served_beside_a_flood() -> None:
-    """Their address has used up everything, and waits; their own request does not."""
+async def test_known_people_are_served_beside_a_flood() -> None:
+    """Strangers at their address wait for its budget; their own request does not."""
     clock = TurnedClock()
     async with open_entrance(_who, clock) as entrance:
         flood = entrance.limits.budgets.of_guest("127.0.0.1")
@@ -687,7 +687,7 @@ async def test_who_is_known_is_served_beside_a_flood() -> None:
 
 @pytest.mark.parametrize("is_urgent", [False, True])
 async def test_few_steps_of_strangers_requests_share_a_pass(is_urgent: bool) -> None:
-    """However many requests are answered at once; what is urgent waits for none of them."""
+    """However many requests are answered at once, few steps run; urgent ones do not wait."""
     loop = asyncio.get_running_loop()
     steps = Counter[int]()
     passes = 0
@@ -721,8 +721,8 @@ async def test_few_steps_of_strangers_requests_share_a_pass(is_urgent: bool) -> 
     assert (max(steps.values()) <= 3) is not is_urgent
 
 
-async def test_who_waits_in_line_is_not_slow(turn: Callable[[float], None]) -> None:
-    """A class behind one address, on a small machine: what has come as a whole is answered."""
+async def test_a_queued_request_does_not_time_out(turn: Callable[[float], None]) -> None:
+    """A class behind one address is answered, even by a small machine."""
     clock = TurnedClock()
     async with open_entrance(clock=clock) as entrance:
         flood = entrance.limits.budgets.of_guest("127.0.0.1")
@@ -731,7 +731,7 @@ async def test_who_waits_in_line_is_not_slow(turn: Callable[[float], None]) -> N
         for _ in range(9):
             entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         writer.write(GET)
-        await async_until(lambda: one._watch is not None and one._watch.is_in_line)
+        await async_until(lambda: one._watch is not None and one._watch.is_queued)
         turn(READ_S)
         await asyncio.sleep(0.01)
         clock.time_s += READ_S
@@ -740,8 +740,8 @@ async def test_who_waits_in_line_is_not_slow(turn: Callable[[float], None]) -> N
         await asyncio.sleep(0.05)
 
 
-async def test_who_drips_is_not_read_beyond_their_budget() -> None:
-    """A header in a thousand pieces is work as well: it waits in line like a request."""
+async def test_a_dripping_client_is_not_read_beyond_its_budget() -> None:
+    """A header in a thousand pieces is work as well: it is queued like a request."""
     async with open_entrance(clock=TurnedClock()) as entrance:
         flood = entrance.limits.budgets.of_guest("127.0.0.1")
         _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
@@ -760,14 +760,14 @@ async def test_who_drips_is_not_read_beyond_their_budget() -> None:
 
 
 async def test_behind_a_proxy_each_client_has_a_share() -> None:
-    """One who never reads has no more connections there than by themselves; others are answered."""
+    """One that never reads gets no more connections than without a proxy; others are answered."""
     async with open_entrance(
         trusted_proxies=["127.0.0.1"], max_connections_per_address=4
     ) as entrance:
         greedy = [_unread(entrance.port, b"X-Forwarded-For: 192.0.2.66\r\n") for _ in range(6)]
         limits = entrance.limits.connections
         await async_until(lambda: limits.refused + limits.displaced == 2)
-        assert limits.of("192.0.2.66") == 4
+        assert limits.count_of("192.0.2.66") == 4
         guest = GET[:-2] + b"X-Forwarded-For: 192.0.2.7\r\n\r\n"
         assert b'{"read": 0}' in await _get(entrance.port, guest)
         for one in greedy:
@@ -778,7 +778,7 @@ async def test_behind_a_proxy_each_client_has_a_share() -> None:
 async def test_without_descriptors_nothing_spins(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Accepting pauses for a moment, which the log tells once, and then goes on."""
+    """Accepting pauses for a moment, logs that once, and then goes on."""
     monkeypatch.setattr(listening, "_PAUSE_S", 0.2)
     tries = 0
 
@@ -804,8 +804,8 @@ async def test_without_descriptors_nothing_spins(
     assert tries <= 5
 
 
-async def test_a_full_house_still_answers(turn: Callable[[float], None]) -> None:
-    """All connections held by others who say nothing: a request gets through at once."""
+async def test_a_full_server_still_answers(turn: Callable[[float], None]) -> None:
+    """If silent clients hold all connections, a request still gets through at once."""
     async with open_entrance(max_connections=16) as entrance:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(16)]
         await _until_open(entrance, 16)
@@ -832,8 +832,10 @@ async def test_a_full_house_still_answers(turn: Callable[[float], None]) -> None
     ],
     ids=range(10),
 )
-async def test_what_is_no_http(garbage: bytes, caplog: pytest.LogCaptureFixture) -> None:
-    """It gets a sentence and the end of the connection, and the log never more than a few lines."""
+async def test_anything_but_http_is_refused(
+    garbage: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It gets a sentence and is closed, and the log gets no more than a few lines."""
     caplog.set_level(logging.DEBUG)
     async with open_entrance() as entrance:
         for _ in range(20):
@@ -847,8 +849,8 @@ async def test_what_is_no_http(garbage: bytes, caplog: pytest.LogCaptureFixture)
     assert not any(record.exc_info for record in caplog.records)
 
 
-async def test_a_body_that_breaks_off(caplog: pytest.LogCaptureFixture) -> None:
-    """Whoever leaves in the middle of a body is no error of ours."""
+async def test_a_body_that_breaks_off_is_no_error(caplog: pytest.LogCaptureFixture) -> None:
+    """A client that leaves in the middle of a body causes no error in the log."""
     async with open_entrance() as entrance:
         for _ in range(3):
             _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
@@ -860,7 +862,7 @@ async def test_a_body_that_breaks_off(caplog: pytest.LogCaptureFixture) -> None:
 
 
 async def test_a_port_in_use_is_a_sentence() -> None:
-    """What to do is said, and nothing is left open."""
+    """It says what to do, and nothing is left open."""
     async with open_entrance() as entrance:
         other = Entrance(
             web.Application(), ServerSettings(host="127.0.0.1", port=entrance.port), SystemClock()
@@ -875,7 +877,7 @@ def _trusting(chain: Path) -> ssl.SSLContext:
 
 
 async def _shut_out(turn: Callable[[float], None], *silent: asyncio.Task[bytes]) -> list[bytes]:
-    """Let the time of handshakes pass that have begun."""
+    """Let the timeout of pending handshakes expire."""
     await asyncio.sleep(0.05)
     turn(READ_S / 2)
     return await asyncio.gather(*silent)
@@ -884,7 +886,7 @@ async def _shut_out(turn: Callable[[float], None], *silent: asyncio.Task[bytes])
 async def test_https(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, turn: Callable[[float], None]
 ) -> None:
-    """Pages by HTTPS say so to the browser; plain HTTP and silent handshakes are cut in time."""
+    """HTTPS serves pages; plain HTTP and silent handshakes are closed in time."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     async with open_entrance(https=True) as entrance:
         context = _trusting(tmp_path / "certificate.pem")
@@ -908,7 +910,7 @@ async def test_https(
 async def test_https_counts_handshakes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, turn: Callable[[float], None]
 ) -> None:
-    """Who never shakes hands counts as well, and makes room for others of that address."""
+    """A client that never shakes hands counts, too, and makes room for others at its address."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     async with open_entrance(https=True, max_connections_per_address=4) as entrance:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
@@ -922,8 +924,8 @@ async def test_https_counts_handshakes(
         await _shut_out(turn, *silent)
 
 
-async def test_handshakes_wait_in_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each is paid for by its address before it begins: the signature costs more than a request."""
+async def test_handshakes_are_queued(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their address pays before they begin: the signature costs more than a request."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     clock = TurnedClock()
     monkeypatch.setattr(clock, "wall_ms", SystemClock().wall_ms)  # by which certificates are valid
@@ -964,8 +966,8 @@ async def test_a_new_certificate_needs_no_restart(
             await _get(entrance.port, ssl=first, server_hostname="localhost")
 
 
-async def test_a_name_that_is_not_ours_is_told_to_people_and_programs() -> None:
-    """A browser's document is a page with the sentence, a program's request is JSON; both 421."""
+async def test_a_foreign_name_is_refused_for_people_and_programs() -> None:
+    """A browser gets a page with the sentence, a program gets JSON, both with status 421."""
     async with open_entrance() as entrance:
         asked = GET.replace(b"localhost", b"evil.example")
         browser = asked[:-2] + b"Accept: text/html,*/*;q=0.8\r\nConnection: close\r\n\r\n"

@@ -1,4 +1,4 @@
-"""Raw requests to the real application: for whom they are, from where, and what the answer says."""
+"""Raw requests to the real application: which are answered, and with which headers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from wax.web import routes
 from wax.web.branding import BrandedPage
 from wax.web.guards import Guards
 from wax.web.routes import Routes
-from wax.web.security_headers import always
+from wax.web.security_headers import base_headers
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -45,7 +45,7 @@ GOOD = b'{"sdp": "v=0", "client": "12345678-abcd"}'
 
 
 class Deaf:
-    """A room that must not be asked."""
+    """A room that counts the offers it gets."""
 
     def __init__(self) -> None:
         self.asked = 0
@@ -126,7 +126,7 @@ async def line(
 
 
 async def test_a_request_for_another_host(line: Line) -> None:
-    """Whoever points a name of their own at this machine gets nothing, whatever they ask for."""
+    """A name that somebody else points at this machine gets nothing, whatever is requested."""
     for name in FOREIGN:
         answer = await line.ask(b"GET / HTTP/1.1", b"Host: " + name.encode())
         assert answer.status == 421, name
@@ -138,7 +138,7 @@ async def test_a_request_for_another_host(line: Line) -> None:
 
 
 async def test_a_malformed_host(line: Line) -> None:
-    """Neither a name nor an address: 400, and no way to the page or to the robot."""
+    """Anything but a name or an address gets 400, and reaches neither page nor robot."""
     for text in (text for text in MALFORMED if text.strip() == text):
         raw = b"Host: " + text.encode("utf-8", "surrogateescape")
         assert (await line.ask(b"GET / HTTP/1.1", raw)).status == 400, text
@@ -147,7 +147,7 @@ async def test_a_malformed_host(line: Line) -> None:
 
 
 async def test_hosts_that_are_missing_double_or_in_the_target(line: Line) -> None:
-    """HTTP/1.0 without Host, HTTP/1.1 without, two of them, and a target that names another."""
+    """No Host, two of them, or a target that names a foreign host is refused."""
     evil = b"Host: evil.example"
     assert (await line.ask(b"GET / HTTP/1.0")).status == 400
     assert (await line.ask(b"GET / HTTP/1.1")).status == 400
@@ -161,7 +161,7 @@ async def test_hosts_that_are_missing_double_or_in_the_target(line: Line) -> Non
 
 
 async def test_a_load_balancer_asks_for_health_without_a_name(line: Line) -> None:
-    """As HAProxy does, by HTTP/1.0, and nothing else: a browser, and HTTP/1.1, must name us."""
+    """HAProxy does so by HTTP/1.0, for health only; HTTP/1.1, and so browsers, must name us."""
     for path in (b"/healthz", b"/readyz"):
         for method in (b"GET", b"HEAD"):
             assert (await line.ask(b"%s %s HTTP/1.0" % (method, path))).status == 200
@@ -174,7 +174,7 @@ async def test_a_load_balancer_asks_for_health_without_a_name(line: Line) -> Non
 
 
 async def test_our_own_names(line: Line) -> None:
-    """The configured name, this machine's own, its router's, and every kind of file."""
+    """The configured name, this machine's own and its router's are answered, for all files."""
     routers = (b"203.0.113.7:8080", b"[2001:DB8::7]:8080")
     for name in (b"robots.example", b"localhost:1", b"127.0.0.1", b"ROBOTS.example:443", *routers):
         for path in (b"/", b"/assets/a.js", b"/healthz"):
@@ -182,7 +182,7 @@ async def test_our_own_names(line: Line) -> None:
 
 
 async def test_another_sites_page(line: Line) -> None:
-    """Another page in the same browser changes nothing here, however its origin is written."""
+    """Another site's page changes nothing here, however its origin is written."""
     ours = f"127.0.0.1:{line.port}"
     forms = [(b"/api/offer", form) for form in FOREIGN_ORIGINS]
     others = (b"/api/stop", b"/api/release", b"/api/proof", b"/nothing")
@@ -196,7 +196,7 @@ async def test_another_sites_page(line: Line) -> None:
 
 @pytest.mark.parametrize("site", [b"cross-site", b"same-site", b"SAME-ORIGIN", b"", b"none, none"])
 async def test_another_site_by_its_own_word(line: Line, site: bytes) -> None:
-    """What the browser says about the site counts even where the origin is right or missing."""
+    """Fetch Metadata counts even if the origin is right or missing."""
     first, said = b"POST /api/offer HTTP/1.1", b"Sec-Fetch-Site: " + site
     origin = b"Origin: http://127.0.0.1:%d" % line.port
     assert (await line.ask(first, line.host, said, body=GOOD)).status == 403
@@ -205,7 +205,7 @@ async def test_another_site_by_its_own_word(line: Line, site: bytes) -> None:
 
 
 async def test_our_own_page_and_programs(line: Line) -> None:
-    """Our page may ask, and so may a program that is no browser."""
+    """Our page may send an offer, and so may a program that is no browser."""
     first = b"POST /api/offer HTTP/1.1"
     origin = b"Origin: http://127.0.0.1:%d" % line.port
     site = b"Sec-Fetch-Site: same-origin"
@@ -217,17 +217,17 @@ async def test_our_own_page_and_programs(line: Line) -> None:
     "path", [b"/" + b"a" * 299, b"/assets/" + b"%2e" * 100, b"/%00", b"/a%00b"]
 )
 async def test_paths_that_no_file_can_have(line: Line, path: bytes) -> None:
-    """Too long a path, or a zero in it, is a page that there is not, and no error of ours."""
+    """A path that is too long, or contains a zero, is not found, and no error of ours."""
     answer = await line.ask(b"GET %s HTTP/1.1" % path, line.host)
     assert answer.status == 404
     assert json.loads(answer.body)["error"]
 
 
 def test_the_page_may_connect_to_the_rooms_and_nowhere_else() -> None:
-    """Where observers watch in a room their page speaks to that server, by both protocols."""
-    assert "connect-src 'self';" in always()["Content-Security-Policy"]
+    """Observers in LiveKit rooms connect to that server, by WebSocket and HTTP."""
+    assert "connect-src 'self';" in base_headers()["Content-Security-Policy"]
     there = ["wss://livekit.example.org/a", "wss://livekit.example.org", "ws://127.0.0.1:7880"]
-    policy = always(there)["Content-Security-Policy"]
+    policy = base_headers(there)["Content-Security-Policy"]
     assert (
         "connect-src 'self' wss://livekit.example.org https://livekit.example.org"
         " ws://127.0.0.1:7880 http://127.0.0.1:7880;"
@@ -239,7 +239,7 @@ def test_the_page_may_connect_to_the_rooms_and_nowhere_else() -> None:
     [(path, None) for path in PATHS] + [("/", b"Host: evil.example"), ("/", b"Host: [")],
 )
 async def test_every_answer_is_protected(line: Line, path: str, host: bytes | None) -> None:
-    """Pages, files, refusals and errors alike; what /api tells is kept nowhere."""
+    """Pages, files, refusals and errors have the headers; answers of /api are never cached."""
     answer = await line.ask(f"GET {path} HTTP/1.1".encode(), host or line.host)
     policy = answer.headers["Content-Security-Policy"]
     rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
@@ -262,13 +262,13 @@ async def test_every_answer_is_protected(line: Line, path: str, host: bytes | No
     [("same-origin", "unsafe-none"), ("same-site", "same-origin"), ("cross-site", "same-origin")],
 )
 async def test_only_a_page_of_ours_is_an_opener(line: Line, site: str, policy: str) -> None:
-    """A frame with `sandbox` opens no page that cuts itself off from whoever opened it."""
+    """A frame with `sandbox` cannot open a page that isolates itself from its opener."""
     answer = await line.ask(b"GET / HTTP/1.1", line.host, f"Sec-Fetch-Site: {site}".encode())
     assert answer.headers["Cross-Origin-Opener-Policy"] == policy
 
 
 async def test_a_public_name_stays_with_https(line: Line) -> None:
-    """Browsers are told so for a configured name, and never for localhost, where others serve."""
+    """HSTS is sent for a configured name, and never for localhost, where others serve, too."""
     https = b"X-Forwarded-Proto: https"
     for host, told in ((b"robots.example", True), (b"localhost", False), (b"127.0.0.1", False)):
         answer = await line.ask(b"GET / HTTP/1.1", b"Host: " + host, https)
@@ -278,7 +278,7 @@ async def test_a_public_name_stays_with_https(line: Line) -> None:
 
 
 async def test_behind_a_proxy_the_page_has_the_proxys_origin(line: Line) -> None:
-    """A named proxy that says how it was asked; from one that says nothing, nothing is assumed."""
+    """A trusted proxy's scheme and host count; without them, nothing is assumed."""
     first, host = b"POST /api/offer HTTP/1.1", b"Host: robots.example"
     origin, https = b"Origin: https://robots.example", b"X-Forwarded-Proto: https"
     assert (await line.ask(first, host, origin, https, body=GOOD)).status == 200
@@ -301,10 +301,10 @@ async def test_behind_a_proxy_the_page_has_the_proxys_origin(line: Line) -> None
     ],
     indirect=["line"],
 )
-async def test_what_is_to_be_done_about_another_origin(
+async def test_a_refused_origin_says_what_to_do(
     line: Line, headers: list[bytes], code: str
 ) -> None:
-    """A listed proxy is to say how it was asked, another is to be listed; a foreign page, none."""
+    """A trusted proxy must send the scheme, another must be listed; a foreign page gets no hint."""
     first, host = b"POST /api/offer HTTP/1.1", b"Host: robots.example"
     answer = await line.ask(first, host, *headers, body=GOOD)
     assert answer.status == 403

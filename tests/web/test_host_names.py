@@ -1,4 +1,4 @@
-"""Requests that are not for this server are not answered."""
+"""Which hosts are this server, and which are not."""
 
 from __future__ import annotations
 
@@ -94,15 +94,15 @@ def names(monkeypatch: pytest.MonkeyPatch) -> HostNames:
 
 
 @pytest.mark.parametrize("text", MALFORMED)
-def test_what_is_no_host(text: str) -> None:
-    """Whatever RFC 3986 does not allow there, and what only some programs would accept."""
+def test_malformed_hosts_are_refused(text: str) -> None:
+    """So is whatever RFC 3986 does not allow there, even if some programs accept it."""
     with pytest.raises(ValueError, match=r"."):
         host_of(text)
 
 
 @pytest.mark.parametrize("text", FOREIGN)
-def test_what_is_not_ours(text: str, names: HostNames) -> None:
-    """Other names, other ways to write an address, and names that only contain ours."""
+def test_foreign_hosts_are_not_ours(text: str, names: HostNames) -> None:
+    """These are other names, other forms of addresses, and names that only contain ours."""
     assert not names.knows(host_of(text), 0.0)
 
 
@@ -124,20 +124,20 @@ def test_what_is_not_ours(text: str, names: HostNames) -> None:
         "robots.example",
     ],
 )
-def test_what_is_ours(text: str, names: HostNames) -> None:
-    """Configured names, this machine's name and addresses, and however they are written."""
+def test_our_own_hosts(text: str, names: HostNames) -> None:
+    """Configured names and this machine's own are known, however they are written."""
     assert names.knows(host_of(text), 0.0)
 
 
 @pytest.mark.parametrize("text", ["xn--mller-kva.example:8080", "M\xdcLLER.example"])
 def test_an_international_name_is_ours(text: str, names: HostNames) -> None:
-    """As browsers send it, and as a program does that knows nothing of them."""
+    """It counts as browsers encode it, and in its own letters, as other programs send it."""
     assert not names.knows(host_of(text), 0.0)
     assert HostNames(["xn--mller-kva.example"]).knows(host_of(text), 0.0)
 
 
 def test_a_new_address_is_found(names: HostNames, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine that got another address is found there, looking once a second at most."""
+    """A machine is known by its new address; it looks them up at most once a second."""
     looked = []
 
     def adapters() -> list[SimpleNamespace]:

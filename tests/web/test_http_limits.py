@@ -1,4 +1,4 @@
-"""What all connections share."""
+"""The limits that all connections share."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from wax.edge.turnstile import Turnstile
 from wax.web.http_limits import HttpLimits
 
 
-async def test_connections_whose_time_is_over_together_end_a_few_in_a_pass() -> None:
+async def test_connections_that_time_out_together_end_a_few_in_a_pass() -> None:
     clock = TurnedClock()
     limits = HttpLimits(ServerSettings(), clock, Turnstile(clock))
     ended: list[int] = []
@@ -25,8 +25,8 @@ async def test_connections_whose_time_is_over_together_end_a_few_in_a_pass() -> 
         return found
 
     for number in range(10):
-        limits.end(partial(ended.append, number))
+        limits.end_soon(partial(ended.append, number))
     assert await after_passes(4) == [4, 8, 10, 10]
-    limits.end(partial(ended.append, 10))
+    limits.end_soon(partial(ended.append, 10))
     assert await after_passes(1) == [11]
     assert ended == list(range(11))

@@ -1,4 +1,4 @@
-"""The calendar of the opening hours, as another program reads it."""
+"""The calendar of the opening hours, read by another program's parser."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def spans(file: bytes) -> list[tuple[Any, Any]]:
 
 
 def test_each_opening_is_an_event_in_utc() -> None:
-    """Which no reader can take for another time; nobody is busy because of it."""
+    """No reader can mistake UTC for another time; the event makes nobody busy."""
     text = made("mon-fri 09:00-18:00").decode()
     assert "\r\nDTSTART:20261020T070000Z\r\nDTEND:20261020T160000Z\r\n" in text
     assert "\r\nREFRESH-INTERVAL;VALUE=DURATION:P1D\r\n" in text
@@ -55,8 +55,8 @@ def test_each_opening_is_an_event_in_utc() -> None:
     assert (first["url"], first["transp"]) == (f"{URL}/", "TRANSPARENT")
 
 
-def test_the_clock_is_changed_within_them() -> None:
-    """From ten to five that night is eight hours, and nine in the morning is an hour later."""
+def test_events_follow_a_change_of_the_clock() -> None:
+    """Ten to five lasts eight hours that night, and then nine is an hour later in UTC."""
     assert spans(made("sat 22:00-05:00", "mon 09:00-18:00"))[:2] == [
         (datetime(2026, 10, 19, 7, tzinfo=UTC), datetime(2026, 10, 19, 16, tzinfo=UTC)),
         (datetime(2026, 10, 24, 20, tzinfo=UTC), datetime(2026, 10, 25, 4, tzinfo=UTC)),
@@ -67,8 +67,8 @@ def test_the_clock_is_changed_within_them() -> None:
     ) in spans(made("mon 09:00-18:00"))
 
 
-def test_it_goes_on_with_the_days() -> None:
-    """Made once a day, and the night that has begun is still there."""
+def test_it_is_rebuilt_once_a_day() -> None:
+    """An opening that began the night before is still in it."""
     now = AUTUMN
     hours = OpeningHours.of(["mon-sun 22:00-05:00"], zone_of(BERLIN))
     calendar = OpeningCalendar(hours, PageSettings(), "", lambda: now)
@@ -82,7 +82,7 @@ def test_it_goes_on_with_the_days() -> None:
 
 
 def test_it_is_the_same_after_a_restart() -> None:
-    """Whoever imports the file again has no event twice; another robot's events are others."""
+    """Importing the file again duplicates no event; another robot's events have other IDs."""
     texts = ("mon-fri 09:00-18:00", "sat 22:00-05:00")
 
     def uids(**of: Any) -> list[str]:
@@ -95,8 +95,8 @@ def test_it_is_the_same_after_a_restart() -> None:
     assert not set(own) & set(uids(public_url=""))
 
 
-def test_what_a_host_writes_is_text() -> None:
-    """A name with the format's own marks, in any writing, adds no property and no event."""
+def test_the_hosts_texts_are_escaped_in_it() -> None:
+    """A name with the format's special characters adds no property and no event."""
     name = "R;o,v\\e:r 🤖 " + "🤖" * 20
     file = made("mon 09:00-18:00", name=name)
     assert {one["summary"] for one in events(file)} == {name}
@@ -116,10 +116,10 @@ ZONES = [BERLIN, "America/New_York", "Australia/Lord_Howe", "Africa/Casablanca",
     st.sampled_from(ZONES),
     st.integers(0, 365).map(lambda days: AUTUMN + timedelta(days=days)),
 )
-def test_the_calendar_says_what_the_door_does(
+def test_the_calendar_agrees_with_admission(
     windows: list[tuple[str, str, str]], zone: str, now: datetime
 ) -> None:
-    """For weeks: it is open from each beginning to the end, and at no other time."""
+    """For weeks, guests are admitted from each event's beginning to its end, and only then."""
     texts = [f"{days} {opens}-{closes}" for days, opens, closes in windows]
     hours = OpeningHours.of(texts, zone_of(zone))
     shown = spans(OpeningCalendar(hours, PageSettings(), "", lambda: now).file())

@@ -1,4 +1,4 @@
-"""The addresses that are printed can be opened."""
+"""The printed addresses can be opened."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def _adapters(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_addresses(host: str, urls: list[str]) -> None:
-    """Loopback and link-local addresses are of no use to a phone and are not printed."""
+    """Loopback and link-local addresses are useless to a phone, and are not printed."""
     assert page_urls(host, 80) == urls
 
 
 def test_under_https() -> None:
-    """The printed address has the scheme that is served."""
+    """The printed address has the served scheme."""
     assert page_urls("localhost", 443, "https") == ["https://localhost:443"]

@@ -1,4 +1,4 @@
-"""The picture for previews is found good at the start, or refused with one sentence."""
+"""The picture for previews is checked at the start, and refused with one sentence."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def encoded(kind: str, width: int = 120, height: int = 63) -> bytes:
     ("kind", "content_type"),
     [("png", "image/png"), ("jpg", "image/jpeg"), ("webp", "image/webp")],
 )
-def test_a_picture_is_told_by_its_content(kind: str, content_type: str, tmp_path: Path) -> None:
-    """Whatever its file is called; its size is known for those who show it."""
+def test_a_pictures_content_decides_its_type(kind: str, content_type: str, tmp_path: Path) -> None:
+    """The file's name does not matter; the size is read, too."""
     file = tmp_path / "robot.picture"
     file.write_bytes(encoded(kind))
     found = preview_picture.read(str(file))
@@ -36,8 +36,8 @@ def test_a_picture_is_told_by_its_content(kind: str, content_type: str, tmp_path
     assert found.content == file.read_bytes()
 
 
-def test_another_picture_has_another_address(tmp_path: Path) -> None:
-    """What browsers keep for good is asked for by another name once it has changed."""
+def test_another_picture_has_another_digest(tmp_path: Path) -> None:
+    """Browsers cache it for good, so a changed picture needs another URL."""
     digests = set()
     for width in (120, 122):
         file = tmp_path / "robot.png"
@@ -64,7 +64,7 @@ def test_no_picture_is_no_problem() -> None:
         (encoded("png") + b"\0" * (1 << 20), "has 1.0 MiB, and 1 MiB is the most; make it smaller"),
     ],
 )
-def test_what_is_no_picture_is_refused(content: bytes | None, says: str, tmp_path: Path) -> None:
+def test_an_invalid_picture_is_refused(content: bytes | None, says: str, tmp_path: Path) -> None:
     """The sentence names the key, the file and what is wrong with it."""
     file = tmp_path / "robot.png"
     if content is not None:
@@ -75,6 +75,6 @@ def test_what_is_no_picture_is_refused(content: bytes | None, says: str, tmp_pat
 
 
 def test_a_folder_is_no_picture(tmp_path: Path) -> None:
-    """It exists, and still is none."""
+    """A folder is refused, although it exists."""
     with pytest.raises(ConfigError, match="not a file"):
         preview_picture.read(str(tmp_path))

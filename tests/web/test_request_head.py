@@ -1,4 +1,4 @@
-"""The bytes of a connection, cut where requests begin: nobody gets ahead of their own requests."""
+"""The bytes of a connection are split into its requests, one after another."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ POST = b"POST /api/stop HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\n\r\n"
 
 @examples(100)
 @given(st.lists(st.sampled_from([GET, POST + b"abc"]), max_size=6), st.data())
-def test_requests_come_out_as_they_went_in(sent: list[bytes], data: st.DataObject) -> None:
-    """However TCP cuts them, each head is one piece and has its own body behind it."""
+def test_requests_are_split_as_they_were_sent(sent: list[bytes], data: st.DataObject) -> None:
+    """However TCP cuts them, each head comes out whole, followed by its own body."""
     left = b"".join(sent)
     requests = Requests()
     got: list[bytes] = []
     while True:
-        while (head := requests.take_head()) is not None:
+        while (head := requests.pop_head()) is not None:
             length = read_head(head).body_bytes or 0
             got.append(head)
             while length:
                 if not requests:
                     requests.add(left[:1])
                     left = left[1:]
-                piece = requests.take(length)
+                piece = requests.pop(length)
                 got[-1] += piece
                 length -= len(piece)
         if not left:
@@ -40,22 +40,22 @@ def test_requests_come_out_as_they_went_in(sent: list[bytes], data: st.DataObjec
     assert len(requests) == 0
 
 
-def test_a_head_has_an_end() -> None:
-    """What has none within 16 KiB is full, and what begins as no request does is told at once."""
+def test_a_head_must_end_within_16_kib() -> None:
+    """A longer head is full, and a start unlike any request's is detected at once."""
     requests = Requests()
     requests.add(b"GET / HTTP/1.1\r\nA: " + b"b" * (MAX_HEAD_BYTES - 20))
-    assert requests.take_head() is None
+    assert requests.pop_head() is None
     assert not requests.is_full
     requests.add(b"b" * 8)
     assert requests.is_full
     requests.add(b"\r\n\r\n")
-    assert requests.take_head() is None, "one that is too long by what came last is no better"
+    assert requests.pop_head() is None, "a head that its last bytes make too long is refused, too"
     empty = Requests()
     empty.add(b"\r\n\r\n" + GET)
-    assert empty.take_head() == GET
+    assert empty.pop_head() == GET
     tls = Requests()
     tls.add(b"\x16\x03\x01")
-    assert tls.is_no_http
+    assert tls.is_not_http
 
 
 @pytest.mark.parametrize(
@@ -75,17 +75,17 @@ def test_a_head_has_an_end() -> None:
     ids=range(10),
 )
 def test_where_a_body_ends(lines: bytes, expected: int | None) -> None:
-    """Only one plain length says so; behind anything else no further request is looked for."""
+    """Only one plain length tells; after anything else, no further request is parsed."""
     assert read_head(b"POST / HTTP/1.1\r\n" + lines + b"\r\n").body_bytes == expected
 
 
-def test_what_is_no_request_line_has_no_end() -> None:
-    """The preface of HTTP/2 is for aiohttp to refuse, with what comes behind it."""
+def test_without_a_request_line_the_body_has_no_known_end() -> None:
+    """The preface of HTTP/2 and everything after it are left for aiohttp to refuse."""
     assert read_head(b"PRI * HTTP/2.0\r\n\r\n").body_bytes is None
 
 
-def test_who_asks() -> None:
-    """Cookies and forwarded addresses are found however they are written, bytes included."""
+def test_the_sender_of_a_head() -> None:
+    """Cookies and forwarded addresses are found in any case, non-ASCII bytes included."""
     head = read_head(
         b"POST /api/stop HTTP/1.1\r\nCOOKIE: a=1\r\ncookie:b=\xff\r\nX-Forwarded-For: x\r\n"
         b"Forwarded: for=y\r\nCookie \r\n\r\n"

@@ -1,4 +1,4 @@
-"""Who asks without end waits behind themselves; everybody else is served in the next pass."""
+"""A flooding address waits behind itself; everybody else is served in the next pass."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ class Bed:
         self.budgets = RequestBudgets(self.turnstile)
         self.begun: list[str] = []
 
-    def ask(self, address: str, name: str, *, ahead: bool = False) -> bool:
-        """Whether a request of this address, or of somebody known, begins at once."""
-        payer = self.budgets.of_known(address, address) if ahead else self.budgets.of_guest(address)
+    def ask(self, address: str, name: str, *, urgent: bool = False) -> bool:
+        """Return whether a request of this address, or of somebody known, begins at once."""
+        budgets = self.budgets
+        payer = budgets.of_known(address, address) if urgent else budgets.of_guest(address)
         assert payer is not None
-        return self.queue.enter(payer, lambda: self.begun.append(name), ahead=ahead) is None
+        return self.queue.enter(payer, lambda: self.begun.append(name), urgent=urgent) is None
 
     def spend(self, address: str, cost_s: float) -> None:
         self.turnstile.charge(self.budgets.of_guest(address), time.thread_time() - cost_s)
@@ -41,7 +42,7 @@ async def passes(number: int) -> None:
 
 
 async def test_a_few_begin_in_each_pass() -> None:
-    """What forty ask at once is spread over ten passes, and the addresses take turns."""
+    """Forty requests at once are spread over ten passes, and addresses take turns."""
     bed = Bed()
     for number in range(39):
         bed.ask("flood", str(number))
@@ -56,8 +57,8 @@ async def test_a_few_begin_in_each_pass() -> None:
     assert [one for one in bed.begun if one != "guest"] == [str(n) for n in range(39)]
 
 
-async def test_whoever_has_used_up_their_budget_waits() -> None:
-    """Others do not, and in a moment they may go on themselves."""
+async def test_an_address_with_no_budget_left_waits() -> None:
+    """Others do not wait, and the address goes on once its budget has refilled."""
     bed = Bed()
     for _ in range(2):
         bed.spend("flood", 1.0)
@@ -72,25 +73,25 @@ async def test_whoever_has_used_up_their_budget_waits() -> None:
     assert bed.begun[-1] == "flood"
 
 
-async def test_what_is_urgent_passes_the_others() -> None:
-    """The host, or Stop of somebody known, at an address that waits, in a pass that is full."""
+async def test_urgent_requests_pass_the_others() -> None:
+    """The host's, or a known person's Stop, start at an address that waits, in a full pass."""
     bed = Bed()
     for _ in range(2):
         bed.spend("flood", 1.0)
     assert not bed.turnstile.is_open
     assert not bed.ask("flood", "flood")
-    assert bed.ask("ada", "stop", ahead=True)
-    assert bed.ask(HOST, "host", ahead=True)
+    assert bed.ask("ada", "stop", urgent=True)
+    assert bed.ask(HOST, "host", urgent=True)
     assert bed.begun == ["stop", "host"]
 
 
-async def test_what_is_urgent_has_a_share_and_takes_turns() -> None:
-    """Ten who ask without end keep neither one more waiting for long, nor those beside."""
+async def test_urgent_requests_have_a_share_and_take_turns() -> None:
+    """Ten people who flood with them delay neither another's for long, nor other requests."""
     bed = Bed()
     for number in range(10):
         for _ in range(48):
-            bed.ask(f"troll {number}", "release", ahead=True)
-    bed.ask("ada", "stop", ahead=True)
+            bed.ask(f"troll {number}", "release", urgent=True)
+    bed.ask("ada", "stop", urgent=True)
     bed.ask("guest", "guest")
     assert bed.begun == ["release", "release", "guest"]
     for number in range(1, 7):
@@ -99,21 +100,21 @@ async def test_what_is_urgent_has_a_share_and_takes_turns() -> None:
     assert "stop" in bed.begun
 
 
-async def test_who_leaves_does_not_begin() -> None:
-    """A connection that has gone is forgotten, and may be forgotten again."""
+async def test_a_cancelled_request_does_not_begin() -> None:
+    """A lost connection's request is removed, and may be cancelled again."""
     bed = Bed()
     for number in range(PASS):
         bed.ask("x", str(number))
     waiting = bed.queue.enter(bed.budgets.of_guest("x"), lambda: bed.begun.append("gone"))
     assert waiting is not None
-    waiting.leave()
-    waiting.leave()
+    waiting.cancel()
+    waiting.cancel()
     await passes(5)
     assert bed.begun == ["0", "1", "2", "3"]
 
 
-async def test_a_reserve_is_no_licence() -> None:
-    """Somebody known who asks without end is a guest like any other, until they have paused."""
+async def test_a_reserve_can_be_used_up() -> None:
+    """A known person who floods pays like any guest, until they have paused."""
     bed = Bed()
     payer = bed.budgets.of_known("troll", "x")
     assert payer is not None
@@ -125,8 +126,8 @@ async def test_a_reserve_is_no_licence() -> None:
     assert bed.budgets.of_known("troll", "x") is payer
 
 
-async def test_who_stays_below_a_page_a_second_never_waits() -> None:
-    """Whatever all others do, ten cheap requests of an address begin at once."""
+async def test_an_address_below_a_page_a_second_never_waits() -> None:
+    """Whatever others do, ten cheap requests of an address begin at once."""
     bed = Bed()
     for number in range(30):
         bed.spend(f"troll {number}", 1.0)
@@ -137,7 +138,7 @@ async def test_who_stays_below_a_page_a_second_never_waits() -> None:
 
 
 def test_a_budget_outlives_its_connections() -> None:
-    """Who comes again finds their debt; only the longest unused of a thousand is forgotten."""
+    """A returning address still has its debt; only the least recently used of 1,024 is dropped."""
     budgets = RequestBudgets(Turnstile(TurnedClock()))
     first = budgets.of_guest("0")
     for number in range(1, 1024):

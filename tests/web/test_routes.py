@@ -1,4 +1,4 @@
-"""HTTP: every refusal is JSON with one sentence, and only our own page may change something."""
+"""The HTTP routes: every refusal is JSON with one sentence, and changes need our own page."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ GOOD = {"sdp": "v=0", "client": "12345678-abcd"}
 
 @dataclass(frozen=True)
 class Told:
-    """Any message."""
+    """A stand-in for any message."""
 
     what: str
     is_somebody: bool
@@ -129,7 +129,7 @@ class FakeRoom:
 
 
 class Lent:
-    """A proof that is never under way."""
+    """A proof runner that never runs."""
 
     def __init__(self) -> None:
         self.started = 0
@@ -228,7 +228,7 @@ async def test_the_page_knows_what_to_prepare(
     page_data: dict[str, str],
     html: str,
 ) -> None:
-    """Before it connects: a page that learns it later has to connect twice."""
+    """It knows before it connects: a page that learned it later would have to connect twice."""
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     made = Routes(
@@ -266,8 +266,8 @@ def _routes(room: FakeRoom, access: Access) -> Routes:
     )
 
 
-def test_only_what_they_may_is_urgent(room: FakeRoom, access: Access) -> None:
-    """Stop of who watches, a release of who drives; nothing of a stranger, everything of a host."""
+def test_only_permitted_requests_are_urgent(room: FakeRoom, access: Access) -> None:
+    """A viewer's Stop is, an operator's release, and all of a host's; none of a stranger's."""
     made = _routes(room, access)
     cookie = access.new_identity(bound=True)
     shown = Shown(cookie)
@@ -311,10 +311,10 @@ async def _served(
     return TestClient(TestServer(made.application()))
 
 
-async def test_what_is_the_hosts_own_is_kept_by_its_address(
+async def test_the_hosts_colours_and_picture_are_cached_by_url(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Colours and picture are kept for good by the address in the page, and an hour by another."""
+    """Browsers cache them for good by the URL in the page, and for an hour by another."""
     file = tmp_path / "robot.png"
     file.write_bytes(encoded("png"))
     settings = PageSettings(accent="#7a1fa2", picture=str(file))
@@ -338,7 +338,7 @@ async def test_what_is_the_hosts_own_is_kept_by_its_address(
 async def test_a_page_without_a_picture_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nothing else is served in its place; an empty style sheet changes no colour."""
+    """Nothing else is served in its place; the empty style sheet changes no colour."""
     async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
         answer = await client.get("/preview")
         assert answer.status == 404
@@ -346,8 +346,8 @@ async def test_a_page_without_a_picture_says_so(
         assert await (await client.get("/page.css")).text() == ""
 
 
-async def test_the_opening_hours_are_a_file_that_is_kept(client: Client) -> None:
-    """For an hour, and then it is asked whether it has changed; nothing is made anew for that."""
+async def test_the_opening_hours_are_a_cached_file(client: Client) -> None:
+    """A client caches it for an hour, then asks whether it has changed, which builds nothing."""
     first = await client.get("/open.ics")
     assert (first.status, first.content_type) == (200, "text/calendar")
     assert (await first.read()).startswith(b"BEGIN:VCALENDAR\r\n")
@@ -359,7 +359,7 @@ async def test_the_opening_hours_are_a_file_that_is_kept(client: Client) -> None
 async def test_a_robot_that_is_always_open_has_no_calendar(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A sentence says so."""
+    """A sentence says that it is always open."""
     async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
         answer = await client.get("/open.ics")
         assert answer.status == 404
@@ -369,7 +369,7 @@ async def test_a_robot_that_is_always_open_has_no_calendar(
 async def test_a_page_that_has_not_changed_is_not_sent_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A browser that comes back asks whether it is still the same, and reads its own copy."""
+    """A returning browser asks whether the page has changed, and uses its own copy."""
     async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
         first = await client.get("/")
         tag = first.headers["ETag"]
@@ -384,7 +384,7 @@ async def test_a_page_that_has_not_changed_is_not_sent_again(
         assert (other.status, await other.text()) == (200, await first.text())
 
 
-async def test_the_page_travels_small(client: Client) -> None:
+async def test_the_page_is_sent_compressed(client: Client) -> None:
     """A client that accepts gzip gets the precompressed file, with its own type."""
     small = await client.get("/assets/b.js", headers={"Accept-Encoding": "gzip"})
     assert small.headers["Content-Encoding"] == "gzip"
@@ -393,10 +393,10 @@ async def test_the_page_travels_small(client: Client) -> None:
     assert await small.text() == "2" * 1000
 
 
-async def test_beside_sound_on_a_thin_link_files_come_in_small_pieces(
+async def test_beside_sound_on_a_thin_link_files_go_out_in_small_pieces(
     client: Client, room: FakeRoom
 ) -> None:
-    """Each is counted; the page itself is needed at once."""
+    """Each piece is counted; the page itself, needed at once, is not paced."""
     room.file_waits_s = 0.02
     large = await client.get("/assets/b.js", headers={"Accept-Encoding": "identity"})
     assert await large.text() == "2" * 1000
@@ -406,7 +406,7 @@ async def test_beside_sound_on_a_thin_link_files_come_in_small_pieces(
 
 
 async def test_the_page_is_served(client: Client) -> None:
-    """The page must be asked for each time, its hashed assets never again."""
+    """The page must be revalidated each time, its hashed assets never."""
     page = await client.get("/")
     asset = await client.get("/assets/a.js")
     assert (page.status, asset.status) == (200, 200)
@@ -414,8 +414,8 @@ async def test_the_page_is_served(client: Client) -> None:
     assert "immutable" in asset.headers["Cache-Control"]
 
 
-async def test_small_questions(client: Client, access: Access) -> None:
-    """Health, with which run of the server this is, status and the ICE servers are told."""
+async def test_health_status_and_ice_servers(client: Client, access: Access) -> None:
+    """Each answers as JSON; health identifies the run of the server."""
     first, again = [await (await client.get("/healthz")).json() for _ in range(2)]
     assert first == again == {"ok": True, "run": first["run"]}
     assert len(first["run"]) == 16
@@ -428,8 +428,8 @@ async def test_small_questions(client: Client, access: Access) -> None:
     }
 
 
-async def test_what_is_not_ready_is_told(client: Client, room: FakeRoom) -> None:
-    """A load balancer gets a status and the parts' names; the process is well all the same."""
+async def test_parts_that_are_not_ready_are_named(client: Client, room: FakeRoom) -> None:
+    """A load balancer gets a status and the parts' names; the process still counts as healthy."""
     ready = await client.get("/readyz")
     assert (ready.status, await ready.json()) == (200, {"ready": True, "reasons": []})
     room.missing = {"robot": "No answer."}
@@ -439,7 +439,7 @@ async def test_what_is_not_ready_is_told(client: Client, room: FakeRoom) -> None
 
 
 async def test_an_offer_is_answered(client: Client, room: FakeRoom) -> None:
-    """The answer to a good offer comes back, and the room learns whose it is."""
+    """A good offer gets an answer, and the room learns whose it is."""
     response = await client.post("/api/offer", json=GOOD)
     assert await response.json() == {"sdp": "v=0 answer"}
     assert room.offers == [("12345678-abcd", "v=0")]
@@ -467,7 +467,7 @@ async def test_bad_offers_get_a_sentence(
     status: int,
     packs: Callable[[bytes], bytes],
 ) -> None:
-    """A bad body is refused as JSON with a sentence and never reaches the room, packed or not."""
+    """A bad body, compressed or not, is refused with a sentence and never reaches the room."""
     headers = PACKED if packs is gzip.compress else {}
     response = await client.post("/api/offer", data=packs(body), headers=headers)
     assert response.status == status
@@ -482,7 +482,7 @@ async def test_bad_offers_get_a_sentence(
 async def test_every_body_but_an_offer_is_small(
     client: Client, path: str, packs: Callable[[bytes], bytes]
 ) -> None:
-    """It has at most two kilobytes, packed or not."""
+    """It has at most two kilobytes, compressed or not."""
     await client.post("/api/offer", json=GOOD)
     headers = PACKED if packs is gzip.compress else {}
     for size, status in ((2048, 400), (2049, 413)):
@@ -490,8 +490,8 @@ async def test_every_body_but_an_offer_is_small(
         assert (await client.post(path, data=data, headers=headers)).status == status
 
 
-async def test_an_offer_may_be_packed(client: Client, room: FakeRoom) -> None:
-    """Over a slow line it comes in gzip, and the answer goes back so."""
+async def test_an_offer_may_be_compressed(client: Client, room: FakeRoom) -> None:
+    """On a slow link the page sends it in gzip, and the answer is in gzip, too."""
     packed = gzip.compress(json.dumps(GOOD).encode())
     headers = PACKED | {"Accept-Encoding": "gzip"}
     response = await client.post("/api/offer", data=packed, headers=headers)
@@ -511,7 +511,7 @@ async def test_an_offer_may_be_packed(client: Client, room: FakeRoom) -> None:
 async def test_an_offer_that_does_not_unpack_gets_a_sentence(
     client: Client, room: FakeRoom, body: Callable[[], bytes], status: int
 ) -> None:
-    """One that is cut off, is no gzip at all, or would fill the memory is refused."""
+    """One that is cut off, is no gzip, or would fill the memory is refused."""
     response = await client.post("/api/offer", data=body(), headers=PACKED)
     assert response.status == status
     assert len((await response.json())["error"]) > 5
@@ -529,15 +529,15 @@ async def test_an_offer_that_does_not_unpack_gets_a_sentence(
 async def test_errors_become_a_status_and_a_sentence(
     client: Client, room: FakeRoom, error: Exception, status: int, says: str
 ) -> None:
-    """Our errors tell their sentence; anything else tells nothing of the inside."""
+    """Our errors show their sentence; any other reveals nothing internal."""
     room.error = error
     response = await client.post("/api/offer", json=GOOD)
     assert response.status == status
     assert says in (await response.json())["error"]
 
 
-async def test_who_finds_no_place_gets_a_seat_elsewhere(client: Client, room: FakeRoom) -> None:
-    """Only where the places are taken: a tab too many is one elsewhere, too."""
+async def test_an_offer_without_a_place_gets_a_seat(client: Client, room: FakeRoom) -> None:
+    """A seat replaces only a place: a tab too many is too many in a LiveKit room as well."""
     tab = GOOD["client"]
     room.error = NoPlaceError("all taken")
     response = await client.post("/api/offer", json=GOOD)
@@ -560,10 +560,10 @@ async def test_who_finds_no_place_gets_a_seat_elsewhere(client: Client, room: Fa
         *at_length(("/api/queue", {"wants": "stay"}, "stay of {}")),
     ],
 )
-async def test_who_watches_in_a_room_asks_by_http(
+async def test_viewers_in_a_room_use_http(
     client: Client, clock: TurnedClock, path: str, body: dict[str, str], what: str
 ) -> None:
-    """As somebody who is known again, and ten times as often as others connect."""
+    """A cookie identifies them, and they may ask ten times as often as others connect."""
     asked = body | {"client": GOOD["client"]}
     headers = {"X-Forwarded-For": "192.0.2.7"}
     response = await client.post(path, json=asked, headers=headers)
@@ -577,7 +577,7 @@ async def test_who_watches_in_a_room_asks_by_http(
 
 
 async def test_a_page_that_is_closed_leaves_its_seat(client: Client, room: FakeRoom) -> None:
-    """It says which tab it was; its browser is known by its cookie."""
+    """It names its tab; a cookie identifies its browser."""
     response = await client.post("/api/seat", json={"client": GOOD["client"], "leaves": True})
     assert (response.status, await response.json()) == (200, {})
     ((identity, tab),) = room.left
@@ -588,7 +588,7 @@ async def test_a_page_that_is_closed_leaves_its_seat(client: Client, room: FakeR
 async def test_one_address_does_not_take_the_servers_time(
     client: Client, room: FakeRoom, clock: TurnedClock, access: Access
 ) -> None:
-    """Beyond a burst strangers of an address get two offers a second; others are served."""
+    """After a burst, strangers at an address get two offers a second; others are served."""
 
     async def offers(address: str, count: int) -> list[int]:
         headers = {"X-Forwarded-For": address}
@@ -611,13 +611,13 @@ async def test_one_address_does_not_take_the_servers_time(
     await become_host(client, access)
     host = [await client.post("/api/offer", json=GOOD) for _ in range(45)]
     assert [one.status for one in host] == [200] * 45, "the host always gets in"
-    assert (await host[0].json())["host"], "their page then says more of what fails"
+    assert (await host[0].json())["host"], "the host's page says more about what fails"
 
 
-async def test_neighbours_do_not_lock_out_who_is_known(
+async def test_neighbours_do_not_lock_out_known_people(
     client: Client, room: FakeRoom, clock: TurnedClock
 ) -> None:
-    """Whoever is in the room has a bucket of their own, by cookie; others are strangers."""
+    """Everybody in the room has a bucket of their own, by cookie; others are strangers."""
     headers = {"X-Forwarded-For": "192.0.2.7"}
 
     async def offer(**more: str) -> int:
@@ -634,21 +634,23 @@ async def test_neighbours_do_not_lock_out_who_is_known(
     assert found[-20:] == [429] * 20
     client.session.cookie_jar.clear()
     assert [await offer(Cookie=known) for _ in range(10)] == [200] * 10
-    assert await offer(Cookie=known) == 429, "a reserve is no licence"
+    assert await offer(Cookie=known) == 429, "a reserve can be used up"
     clock.time_s += 1.0
     assert await offer(Cookie=known) == 200
     assert await offer(Cookie="wax-id=made.up") in (200, 429)
 
 
-async def test_the_right_key_opens_whatever_neighbours_try(client: Client, access: Access) -> None:
-    """A link's secret works after any number of vain tries from the same address."""
+async def test_the_right_secret_works_whatever_neighbours_try(
+    client: Client, access: Access
+) -> None:
+    """A link's secret works after any number of failed tries from the same address."""
     tries = [(await client.post("/api/host", json={"secret": "x" * 32})).status for _ in range(20)]
     assert tries == [403] * 10 + [429] * 10
     assert (await client.post("/api/host", json={"secret": access.new_host_link()})).status == 200
 
 
 async def test_under_https_cookies_cannot_be_planted(client: Client, room: FakeRoom) -> None:
-    """They have the prefix there; an old identity is kept and renamed with the next answer."""
+    """They have the prefix there; an old identity gets it with the next answer, and stays."""
     https = {"X-Forwarded-Proto": "https", "X-Forwarded-For": "192.0.2.7"}
     old = await client.post("/api/offer", json=GOOD, headers=https | {"X-Forwarded-Proto": "http"})
     value = old.cookies["wax-id"].value
@@ -669,10 +671,10 @@ async def test_under_https_cookies_cannot_be_planted(client: Client, room: FakeR
     assert room.visitors[2].identity == room.visitors[4].identity != room.visitors[3].identity
 
 
-async def test_the_page_is_made_once_for_each_name(
+async def test_the_page_is_rendered_once_for_each_name(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What strangers ask for most costs no file, no hash and no packing."""
+    """Strangers' most frequent request reads no file, hashes and compresses nothing."""
     first = await client.get("/")
     await first.read()
     monkeypatch.setattr(BrandedPage, "html", None)
@@ -683,8 +685,8 @@ async def test_the_page_is_made_once_for_each_name(
 
 
 @pytest.mark.parametrize("path", ["/", "/assets/b.js", "/open.ics", "/?view=embed", "/api/status"])
-async def test_a_head_is_what_a_get_would_begin_with(client: Client, path: str) -> None:
-    """Sites that make a picture of a link ask so first; who may not read it may not ask so."""
+async def test_a_head_request_gets_the_headers_of_a_get(client: Client, path: str) -> None:
+    """Sites that make link previews send it first; it needs the same permission."""
     got, asked = await client.get(path), await client.head(path)
     policy = "Content-Security-Policy"
     assert (asked.status, asked.headers[policy]) == (got.status, got.headers[policy])
@@ -693,16 +695,16 @@ async def test_a_head_is_what_a_get_would_begin_with(client: Client, path: str) 
 
 
 async def test_a_link_keeps_working_whatever_sites_add_to_it(client: Client) -> None:
-    """Such as a click's number of 300 letters; a longer one than any browser sends is refused."""
+    """A click's ID of 300 letters is accepted; a longer query than browsers send is refused."""
     clicked = "fbclid=" + "a" * 300
     assert (await client.get(f"/?{clicked}")).status == 200
     assert (await client.get(f"/?{'a' * 9000}")).status == 400
 
 
-async def test_an_embed_is_answered_whoever_its_browser_is(
+async def test_an_embed_is_answered_whatever_its_cookies_are(
     client: Client, room: FakeRoom, access: Access
 ) -> None:
-    """No cookie counts, the host's no more than another; none is given, and no seat elsewhere."""
+    """No cookie counts, not even the host's; it gets no cookie, and no seat in a room."""
     await client.post("/api/offer", json=GOOD)
     await become_host(client, access)
     response = await client.post("/api/embed", json=GOOD)
@@ -717,10 +719,10 @@ async def test_an_embed_is_answered_whoever_its_browser_is(
     assert (await client.post("/api/embed", json=GOOD | {"host": True})).status == 400
 
 
-async def test_an_embed_is_known_by_a_secret_that_nobody_is_told(
+async def test_an_embed_is_identified_by_a_secret_that_is_not_kept(
     client: Client, room: FakeRoom
 ) -> None:
-    """It comes back by it; what the room has of it, and so may write down, leads nobody there."""
+    """It can reconnect by it; what the room knows, and so may record, identifies nobody."""
     for secret in (GOOD["client"], GOOD["client"], "12345678-dcba"):
         await client.post("/api/embed", json=GOOD | {"client": secret})
     first, again, other = (one.identity for one in room.visitors)
@@ -730,10 +732,10 @@ async def test_an_embed_is_known_by_a_secret_that_nobody_is_told(
     assert room.visitors[-1].identity != first
 
 
-async def test_only_the_view_for_frames_is_framed_elsewhere(
+async def test_only_the_view_for_frames_may_be_framed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By the sites that are named, and by nobody where none is; each other answer by ourselves."""
+    """Only the configured sites may frame it; any other answer, only our own page."""
     sites = ["https://museum.example", "http://localhost:3000"]
     settings = PageSettings(embed_on=sites)
     page = "/?url=http%3A%2F%2F127.0.0.1%3A{}%2F"
@@ -760,8 +762,8 @@ async def test_only_the_view_for_frames_is_framed_elsewhere(
         assert (await client.get(page.format(client.port).replace("/?", "/oembed?"))).status == 404
 
 
-async def test_a_site_that_has_isolated_itself_shows_the_frame(client: Client) -> None:
-    """Such a site demands two headers of it, and it one of its workers; the page has neither."""
+async def test_a_cross_origin_isolated_site_shows_the_frame(client: Client) -> None:
+    """Such a site needs two headers in the frame, and one in its workers; the page has neither."""
     frame, worker, page = [
         (await client.get(path)).headers for path in ("/?view=embed", "/assets/b.js", "/")
     ]
@@ -780,7 +782,7 @@ async def test_unknown_paths_and_methods(client: Client) -> None:
     response = await client.put("/api/offer")
     assert response.status == 405
     assert (await response.json())["error"]
-    # Behind a proxy that leaves its path in: a person reads it, so it is a page.
+    # A proxy has left its path in, and a person reads the answer: it is a page.
     below = await client.get("/robot/", headers={"Accept": "text/html,*/*;q=0.8"})
     assert (below.status, below.content_type) == (404, "text/html")
     assert "has to take the path away" in await below.text()
@@ -807,7 +809,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
         made.application()
 
 
-async def test_stop_and_release_have_a_way_of_their_own(client: Client, room: FakeRoom) -> None:
+async def test_stop_and_release_by_http(client: Client, room: FakeRoom) -> None:
     """Any viewer can stop without naming their tab; a release says which stop."""
     await client.post("/api/offer", json=GOOD)
     response = await client.post("/api/stop", json={})
@@ -834,10 +836,10 @@ HOSTS = [
 ]
 
 
-async def test_the_host_is_who_holds_a_secret(
+async def test_the_host_is_known_by_a_secret(
     client: Client, room: FakeRoom, lent: Lent, access: Access
 ) -> None:
-    """Whoever comes from this machine is a stranger until they show it; then a cookie says so."""
+    """Even this machine's users are strangers until they send it; from then on, a cookie counts."""
     for method, path in HOSTS:
         response = await client.request(method, path, json={"lifted": True})
         assert response.status == 403
@@ -851,8 +853,8 @@ async def test_the_host_is_who_holds_a_secret(
     assert (await client.get("/api/status")).status == 200
 
 
-async def test_cookies_are_out_of_reach(client: Client, access: Access) -> None:
-    """Of scripts and of other sites; only a page's own requests are given one, not the page."""
+async def test_cookies_are_for_our_page_only(client: Client, access: Access) -> None:
+    """Scripts and other sites cannot use them; the page itself sets none, only its requests do."""
     assert "Set-Cookie" not in (await client.get("/")).headers
     offered = (await client.post("/api/offer", json=GOOD)).headers["Set-Cookie"]
     became = await client.post("/api/host", json={"secret": access.new_host_link()})
@@ -868,7 +870,7 @@ async def test_cookies_are_out_of_reach(client: Client, access: Access) -> None:
 
 
 async def test_a_browser_keeps_its_identity(client: Client, room: FakeRoom) -> None:
-    """It is given one with its first offer, and whoever shows none is somebody new."""
+    """Its first offer gets one; a browser that sends none is somebody new."""
     for _ in range(2):
         await client.post("/api/offer", json=GOOD)
     client.session.cookie_jar.clear()
@@ -877,10 +879,10 @@ async def test_a_browser_keeps_its_identity(client: Client, room: FakeRoom) -> N
     assert first == again != other != ""
 
 
-async def test_the_hosts_cookie_changes_as_it_is_used(
+async def test_the_hosts_cookie_rotates(
     client: Client, room: FakeRoom, access: Access, clock: TurnedClock
 ) -> None:
-    """With each offer there is a new one; the old one is good for a minute more."""
+    """Each offer gets a new one; the previous one stays valid for a minute."""
     await become_host(client, access)
     old = client.session.cookie_jar.filter_cookies(client.make_url("/"))["wax-host"].value
     await client.post("/api/offer", json=GOOD)
@@ -891,7 +893,7 @@ async def test_the_hosts_cookie_changes_as_it_is_used(
 
 
 async def test_an_invitation_by_http(client: Client, room: FakeRoom, access: Access) -> None:
-    """The page posts its token, which stays in no URL; from then on the browser is invited."""
+    """The page posts the token, which stays in no URL; from then on the browser is invited."""
     token, _ = access.invite("queue", uses=1, valid_s=600)
     entered = await client.post("/api/enter", json={"token": token})
     assert (entered.status, await entered.json()) == (200, {"purpose": "queue"})
@@ -903,13 +905,13 @@ async def test_an_invitation_by_http(client: Client, room: FakeRoom, access: Acc
 
 
 async def test_secrets_cannot_be_tried_out(client: Client) -> None:
-    """After a few tries an address has to wait."""
+    """After a few failed tries, an address has to wait."""
     codes = [(await client.post("/api/host", json={"secret": "x"})).status for _ in range(12)]
     assert codes == [403] * 10 + [429] * 2
 
 
-async def test_who_may_not_come_in_reads_when_they_may(client: Client, access: Access) -> None:
-    """The page is told that it need not come back by itself; no relay is lent meanwhile."""
+async def test_a_refused_visitor_learns_when_it_opens(client: Client, access: Access) -> None:
+    """The page is told not to retry by itself, and gets no relay meanwhile."""
     access.close(True)
     response = await client.get("/api/ice")
     told = await response.json()
@@ -923,15 +925,15 @@ async def test_who_may_not_come_in_reads_when_they_may(client: Client, access: A
 
 
 async def test_strangers_stop_nothing(client: Client, room: FakeRoom) -> None:
-    """By HTTP only who is in the room presses Stop."""
+    """Only people in the room can press Stop by HTTP."""
     refused = await client.post("/api/stop", json={})
     assert (refused.status, room.stops) == (403, [])
     await client.post("/api/offer", json=GOOD)
     assert (await client.post("/api/stop", json={})).status == 200
 
 
-async def test_who_allows_no_cookie_stops_by_the_tab(client: Client, room: FakeRoom) -> None:
-    """Nothing but Stop, and nobody who shows a cookie by another's tab."""
+async def test_a_page_without_cookies_stops_by_its_tab(client: Client, room: FakeRoom) -> None:
+    """It can only stop, and a browser with a cookie cannot use another's tab."""
     await client.post("/api/offer", json=GOOD)
     client.session.cookie_jar.clear()
     known, other = {"WAX-Tab": GOOD["client"]}, {"WAX-Tab": "12345678-none"}
@@ -944,7 +946,7 @@ async def test_who_allows_no_cookie_stops_by_the_tab(client: Client, room: FakeR
 
 
 async def test_the_host_proves_the_stop(client: Client, lent: Lent, access: Access) -> None:
-    """The proof begins only when the host says that the wheels are off the floor."""
+    """The proof starts only when the host confirms that the wheels are off the floor."""
     await become_host(client, access)
     for body in ({}, {"lifted": False}, {"lifted": "yes"}):
         assert (await client.post("/api/proof", json=body)).status == 400

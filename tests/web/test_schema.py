@@ -1,4 +1,4 @@
-"""The schema from which the page's types are made."""
+"""The schema from which the page's types are generated."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_every_message_is_described() -> None:
 
 
 def test_what_the_server_writes_is_all_required() -> None:
-    """The page may rely on every field, `type` above all; only of a change parts are left out."""
+    """The page may rely on every field, `type` above all; only a change may lack parts."""
     definitions = schema()["$defs"]
     for name in members(messages.StateOut) | members(messages.DriveOut):
         definition = definitions[name]
@@ -39,14 +39,14 @@ def test_what_the_server_writes_is_all_required() -> None:
         assert set(definition["required"]) == set(definition["properties"]) - absent, name
 
 
-def test_what_is_said_of_a_field_comes_along() -> None:
-    """The page's types say of a field what the server's models do."""
+def test_fields_keep_their_docstrings() -> None:
+    """The page's types describe a field as the server's models do."""
     held = schema()["$defs"]["Drive"]["properties"]["held"]
     assert held["description"].startswith("The dead man's switch")
 
 
 def test_what_is_on_a_tape_is_described() -> None:
-    """The page of `wax replay` reads the very models that were written."""
+    """The page of `wax replay` reads the same models that the tape was written with."""
     definitions = schema()["$defs"]
     for one in (*tape_events.EVENTS, tape_events.TapeListing, tape_events.TapeContent):
         described = definitions[one.__name__]
@@ -61,12 +61,12 @@ def test_what_the_page_may_leave_out_is_optional() -> None:
 
 
 def test_the_page_is_told_how_long_a_name_is() -> None:
-    """The page cuts names where the server does, and learns from it where."""
+    """The page cuts names at the server's limit, which the schema tells it."""
     assert schema()["constants"]["MAX_NAME_CHARS"] == messages.MAX_NAME_CHARS
 
 
-def test_the_page_is_told_what_stands_where_in_a_row() -> None:
-    """Of every message of the drive channel all fields are listed in order, those within too."""
+def test_the_page_is_told_the_order_of_a_rows_columns() -> None:
+    """For every message of the drive channel, all fields are listed in order, nested ones too."""
     made = schema()
     columns = made["constants"]["DRIVE_COLUMNS"]
     assert set(columns) == {"drive", "operate", "ping", "report", "pong", "beat", "operated"}

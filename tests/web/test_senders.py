@@ -1,4 +1,4 @@
-"""Nobody chooses the address or the host that they are seen with."""
+"""No client can forge its address or the host that it asked for."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from wax.web.senders import Proxies, Seen, is_same_origin
         ([], "", None, ""),
     ],
 )
-def test_only_named_proxies_are_believed(
+def test_only_trusted_proxies_are_believed(
     trusted: list[str], remote: str, forwarded: str | None, expected: str
 ) -> None:
-    """Of what they say only the last entry that is not theirs; a silent one is the sender."""
+    """Only the last entry that is no proxy's counts; a proxy that adds none is the sender."""
     headers = {} if forwarded is None else {"X-Forwarded-For": forwarded}
     request = make_mocked_request("POST", "/", headers=headers).clone(remote=remote)
     assert Proxies(trusted).seen(request).sender == expected
@@ -56,7 +56,7 @@ def test_only_named_proxies_are_believed(
 def test_the_scheme_is_the_connections_own(
     trusted: list[str], claimed: str | None, expected: str
 ) -> None:
-    """Or that which the first of the proxies has seen, by whichever protocol's name."""
+    """Behind trusted proxies it is the one that the first of them saw, WebSocket or HTTP."""
     headers = {} if claimed is None else {"X-Forwarded-Proto": claimed}
     request = make_mocked_request("GET", "/", headers=headers).clone(remote="127.0.0.1")
     assert Proxies(trusted).seen(request).scheme == expected
@@ -91,10 +91,10 @@ def test_the_scheme_is_the_connections_own(
         (["127.0.0.1"], {"Forwarded": "=;;,"}, ("127.0.0.1", "inside:8080")),
     ],
 )
-def test_what_a_proxy_says_of_its_client(
+def test_a_proxys_claims_about_its_client(
     trusted: list[str], headers: dict[str, str], expected: tuple[str, str]
 ) -> None:
-    """Host and sender are those that the outermost named proxy saw, in both families of headers."""
+    """The outermost trusted proxy's host and sender count, in both families of headers."""
     request = make_mocked_request("GET", "/", headers={"Host": "inside:8080", **headers})
     seen = Proxies(trusted).seen(request.clone(remote="127.0.0.1"))
     assert (seen.sender, seen.host) == expected
@@ -103,8 +103,8 @@ def test_what_a_proxy_says_of_its_client(
 @pytest.mark.parametrize(
     "forwarded", ["for=203.0.113.9", "for=127.0.0.1", "for=unknown", "proto=https", "for=10.0.0.1"]
 )
-def test_a_proxy_that_passes_on_what_a_client_made_up(forwarded: str) -> None:
-    """Where two families of headers name two senders one is made up, and the request is refused."""
+def test_two_different_senders_are_refused(forwarded: str) -> None:
+    """If the two families of headers name different senders, a client has forged one."""
     headers = {"Host": "inside", "X-Forwarded-For": "198.51.100.1", "Forwarded": forwarded}
     request = make_mocked_request("GET", "/", headers=headers).clone(remote="127.0.0.1")
     with pytest.raises(NotForUsError, match="two different senders") as refused:
@@ -123,10 +123,10 @@ def test_a_proxy_that_passes_on_what_a_client_made_up(forwarded: str) -> None:
         (["nonsense"], ["for=198.51.100.1"], "127.0.0.1"),
     ],
 )
-def test_for_whom_a_head_comes(
+def test_the_sender_before_parsing(
     x_forwarded_for: list[str], forwarded: list[str], expected: str
 ) -> None:
-    """Before a request is parsed, it is charged to the same sender as afterwards."""
+    """A request is charged to the same sender before it is parsed as afterwards."""
     found = Proxies(["127.0.0.1"]).sender("127.0.0.1", x_forwarded_for, forwarded)
     assert found == expected
     assert Proxies([]).sender("192.0.2.7", x_forwarded_for, forwarded) == "192.0.2.7"
@@ -143,7 +143,7 @@ def test_for_whom_a_head_comes(
     ],
 )
 def test_the_origin_of_our_page(scheme: str, host: str, origin: str) -> None:
-    """Browsers leave out the scheme's own port and write names in lower case."""
+    """Browsers leave out the scheme's default port, and write names in lower case."""
     assert Seen("", scheme, host).origin == origin
 
 
@@ -187,21 +187,21 @@ FOREIGN = (
 
 
 @pytest.mark.parametrize("origin", FOREIGN)
-def test_what_is_not_our_page(origin: str) -> None:
-    """Scheme, host and port must be the same, letter by letter."""
+def test_other_origins_are_not_our_page(origin: str) -> None:
+    """Scheme, host and port must be exactly the same."""
     headers = {"Host": "robot:8080", "Origin": origin}
     assert not is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)
 
 
-def test_two_origins_are_none() -> None:
-    """A second header does not excuse the first."""
+def test_two_origins_are_refused() -> None:
+    """Our own origin does not excuse a foreign second one."""
     headers = CIMultiDict(Host="robot:8080")
     headers.extend([("Origin", "http://robot:8080"), ("Origin", "http://evil.example")])
     assert not is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)
 
 
 @pytest.mark.parametrize("site", ["cross-site", "same-site", "", "Same-Origin", "anything"])
-def test_what_a_browser_says_of_the_site(site: str) -> None:
+def test_other_sites_by_fetch_metadata(site: str) -> None:
     """Another port of this machine is the same site, but another origin."""
     headers = {"Host": "robot:8080", "Sec-Fetch-Site": site}
     assert not is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)
@@ -217,6 +217,6 @@ def test_what_a_browser_says_of_the_site(site: str) -> None:
     ],
 )
 def test_our_page_and_programs(headers: dict[str, str]) -> None:
-    """Our own page, an address that was typed, and what is no browser."""
+    """Our own page, a typed address, and programs other than browsers are accepted."""
     headers = {"Host": "robot:8080", **headers}
     assert is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)

@@ -1,4 +1,4 @@
-"""What a request costs is measured step by step, and how it ends stays as it was."""
+"""A request's cost is measured step by step, and its outcome stays the same."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ async def at_once() -> None:
 
 
 async def test_each_step_is_charged_and_waiting_is_free() -> None:
-    """Two steps with a wait between them; the result comes through."""
+    """A wait between two steps costs nothing, and the result is returned."""
     began: list[float] = []
 
     async def work() -> str:
@@ -28,7 +28,7 @@ async def test_each_step_is_charged_and_waiting_is_free() -> None:
 
 
 async def test_errors_and_cancellation_pass_through() -> None:
-    """Inwards and outwards, and each last step is charged, too."""
+    """Both do, inwards and outwards, and the last step is charged, too."""
     charged: list[float] = []
 
     async def fails() -> None:
@@ -56,7 +56,7 @@ async def test_errors_and_cancellation_pass_through() -> None:
 
 
 async def test_each_step_waits_for_its_turn() -> None:
-    """Whoever is cancelled while they wait for it has the error where they stood."""
+    """A cancellation during that wait is raised where the coroutine stands."""
     turns = asyncio.Semaphore(0)
     done: list[int] = []
 

@@ -1,6 +1,6 @@
-"""HTTP: the built page, and the requests that do without a data channel.
+"""HTTP: the built page, and the requests that need no data channel.
 
-Whose connections and requests are served, when and how often (of each route and of wrong secrets:
-`routes`) is decided here; handlers ask `wax.access` who may do what, and leave the act to
-`wax.session`.
+It decides whose connections and requests are served, when and how often (`routes` has the rate
+limits of each route and of wrong secrets). Handlers ask `wax.access` for permission, and
+`wax.session` acts.
 """

@@ -1,7 +1,7 @@
-"""The page's HTML with what is the host's own: name, sentence, colour, and a preview of links.
+"""The page's HTML with the host's own name, sentence and colour, and with tags for link previews.
 
-A strict policy forbids style inside the HTML, so the colour is a small style sheet of its own. Its
-address and the picture's have a hash of the content, so that browsers keep both.
+The content security policy forbids inline styles, so the colour is a small style sheet. Its URL
+and the picture's contain a hash of the content, so that browsers cache both.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SENTENCES: Final = {
     "en": "Drive a real robot from your browser.",
     "de": "Steuere einen echten Roboter in deinem Browser.",
 }
-"""What links to the page say of it where the host says nothing, by the page's language."""
+"""The description in link previews if the host gives none, by the page's language."""
 
 _BLOCKED: Final = {
     "en": "Loading the robot’s picture… If it does not come, the site around this frame blocks it,"
@@ -37,20 +37,20 @@ _BLOCKED: Final = {
     " es nicht zu, oder dein Browser ist zu alt. Öffne die Seite des Roboters, oder kopiere ihre"
     " Adresse in einen neuen Tab:",
 }
-"""What stays in a frame with ``sandbox``: without an origin it gets neither script nor style, and
-perhaps opens no tab."""
+"""What a frame with ``sandbox`` shows: without an origin it loads neither script nor style, and it
+may be unable to open a tab."""
 
 _TITLE: Final = re.compile(r"<title>[^<]*</title>")
 _DESCRIPTION: Final = re.compile(r'<meta\s+name="description"\s+content="[^"]*"\s*/?>')
 _LANGUAGE: Final = re.compile(r'<html lang="[^"]*"')
 _LOADING: Final = re.compile(r'(<p class="loading">).*?(?=</p>)', re.DOTALL)
-_ASKED_WITH_COOKIES: Final = re.compile(r'<link\s+rel="preload"[^>]*>')
-"""A frame shows no cookie: what was asked for with them would be asked for again."""
+_PRELOAD: Final = re.compile(r'<link\s+rel="preload"[^>]*>')
+"""A frame sends no cookies: what it preloaded with them would be loaded again."""
 _NOT_IN_FRAMES: Final = ("voice", "cameras")
 
 
 class BrandedPage:
-    """What the host's `[page]` makes of the built page; raises `ConfigError` for its picture.
+    """The built page with the host's `[page]` settings; raises `ConfigError` for a bad picture.
 
     `data` is what the page must know before it connects, as attributes of its root element.
     """
@@ -76,7 +76,7 @@ class BrandedPage:
         return self._settings.embed_on
 
     def oembed(self, asked: Mapping[str, str], origin: str) -> dict[str, object]:
-        """Return what other sites are told of a link to the page; raises `NotForUsError`."""
+        """Return the oEmbed answer for a link to the page; raises `NotForUsError`."""
         if not self.embed_on:
             raise NotForUsError(Sentence("request.no_page"), 404)
         base = self._public_url or origin
@@ -84,10 +84,10 @@ class BrandedPage:
         return oembed.answer(asked, base, self._settings.name, self.picture, shown_at)
 
     def html(self, built: str, origin: str, *, is_embed: bool = False) -> str:
-        """Return the built page as the host's own; `origin` is how the browser calls this server.
+        """Return the built page as the host's own; `origin` is this server's in the browser.
 
-        An embed is the page for a frame, which learns from its HTML that it is one.
-        Whatever the host wrote is text: it can neither end an attribute nor begin an element.
+        An embed is the page for a frame; its HTML tells it so. The host's texts are escaped: they
+        can neither end an attribute nor begin an element.
         """
         settings = self._settings
         description = settings.sentence or _SENTENCES.get(settings.language, _SENTENCES["en"])
@@ -99,12 +99,12 @@ class BrandedPage:
         if is_embed:
             told = {name: told[name] for name in told if name not in _NOT_IN_FRAMES}
             told |= {"view": oembed.VIEW}
-            text = _ASKED_WITH_COOKIES.sub("", text)
+            text = _PRELOAD.sub("", text)
             blocked = _BLOCKED.get(settings.language, _BLOCKED["en"])
             text = _LOADING.sub(lambda found: f"{found[1]}{blocked} {_link(base)}", text, count=1)
         data = "".join(f'data-{name}="{escape(value)}" ' for name, value in told.items())
         text = text.replace("<html ", f"<html {data}", 1)
-        # A function, since a text may hold what `sub` takes for a reference to a group.
+        # A function, since `sub` would replace group references in the host's text.
         text = _TITLE.sub(lambda _: f"<title>{escape(settings.name)}</title>", text, count=1)
         text = _DESCRIPTION.sub(lambda _: _meta("name", "description", description), text, count=1)
         more = [*self._preview(description, base), *self._link()]
@@ -116,13 +116,13 @@ class BrandedPage:
         return f"{base}{PICTURE_PATH}?{self.picture.digest if self.picture else ''}"
 
     def _link(self) -> list[str]:
-        """Return the link to the colours, after the page's own style so that they outrank it."""
+        """Return the link to the colours; it follows the page's own style, and so overrides it."""
         if not self.style:
             return []
         return [f'<link rel="stylesheet" href="{STYLE_PATH[1:]}?{self.style_digest}" />']
 
     def _preview(self, description: str, base: str) -> list[str]:
-        """Return what others show beside a link (Open Graph, and the cards that came of it)."""
+        """Return the tags for link previews (Open Graph, and the cards derived from it)."""
         name = self._settings.name
         lines = [
             _meta("property", "og:type", "website"),
@@ -153,7 +153,7 @@ def _meta(kind: str, name: str, content: str) -> str:
 
 
 def _style(accent: str) -> str:
-    """Return the host's colours as a style sheet, empty where the page keeps its own."""
+    """Return the host's colours as a style sheet, empty if the page keeps its own."""
     if not accent:
         return ""
     night = _properties(colours.dark(accent))

@@ -1,8 +1,8 @@
-"""The built page in memory: what everybody asks for first, and strangers as often as they like.
+"""The built page in memory: everybody's first request, which strangers may repeat at will.
 
-Everything is read, packed and hashed once. What is large goes out piece by piece, each when the
-kernel has the one before, so that a client that does not read keeps no more of it here. Beside
-sound and picture on a thin link, files take their turn, in pieces that hardly delay the sound.
+Every file is read, compressed and hashed once. Large files go out in pieces, each once the kernel
+has the one before, so that a client that does not read holds no more of them here. Beside sound
+and picture on a thin link, files are paced, in pieces that hardly delay the sound.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
 
 _PIECE_BYTES: Final = 16_384
 _PACED_S: Final = 40.0
-"""For so long a file gives way to sound and picture; then the rest comes as fast as it can, so that
-the answer hardly ever takes too long (`wax.web.watch`)."""
+"""How long a file is paced beside sound and picture; then the rest goes out as fast as it can, so
+that the answer hardly ever times out (`wax.web.watch`)."""
 _MOST_PAGES: Final = 32
-"""So many names and addresses of this server have a page that is kept, or one for frames."""
+"""Pages that are cached, one for each name of this server, and one more for frames."""
 _PACKED: Final = ".gz"
 _UNPACKED_TYPE: Final = "application/octet-stream"
 _ISOLATED: Final = {"Cross-Origin-Embedder-Policy": "require-corp"}
-"""For frames, and for the workers that they start: all they need comes from here. A site that has
-isolated itself so shows no other frame."""
+"""For frames and their workers, which load everything from here. A cross-origin isolated site shows
+no frame without it."""
 _ANYWHERE: Final = {"Cross-Origin-Resource-Policy": "cross-origin"}
 _CALENDAR_TYPE: Final = "text/calendar; charset=utf-8"
 
@@ -52,9 +52,9 @@ class _File:
 
 
 class BuiltPage:
-    """Reads `folder`; raises `OSError` if there is no page. `branded` makes it the host's.
+    """Reads the page in `folder`; raises `OSError` if there is none. `branded` makes it the host's.
 
-    `calendar` is that of the opening hours, None where the robot is always open.
+    `calendar` has the opening hours, and is None if the robot is always open.
     """
 
     def __init__(
@@ -74,9 +74,9 @@ class BuiltPage:
     async def page(
         self, request: web.Request, origin: str, frame_policy: str | None = None
     ) -> web.StreamResponse:
-        """Answer with the page as it is for browsers that call this server so.
+        """Answer with the page for browsers that know this server by this `origin`.
 
-        With a policy it is the one for frames.
+        With a `frame_policy`, it is the page for frames.
         """
         is_embed = frame_policy is not None
         page = self._pages.pop((origin, is_embed), None) or _file(
@@ -97,8 +97,8 @@ class BuiltPage:
     ) -> web.StreamResponse:
         """Answer with a file of the page; raises `NotForUsError`.
 
-        `sent` counts a piece, in bytes, and returns how long the next has to wait, in s; None
-        where nothing waits.
+        `sent` counts a piece, in bytes, and returns how many seconds the next must wait; None if
+        files are not paced.
         """
         file = self._files.get(path)
         if file is None:
@@ -106,15 +106,15 @@ class BuiltPage:
         return await _send(request, file, _ISOLATED, sent)
 
     async def preview(self, request: web.Request) -> web.StreamResponse:
-        """Answer with the host's picture, which other sites show beside a link to the page."""
+        """Answer with the host's picture for link previews."""
         picture = self._branded.picture
         if picture is None:
             raise web.HTTPNotFound(reason="This page has no picture.")
         file = _File(picture.content, None, picture.content_type, picture.digest)
-        return await _send(request, file, keeps(request, picture.digest) | _ANYWHERE)
+        return await _send(request, file, cache_headers(request, picture.digest) | _ANYWHERE)
 
     async def calendar(self, request: web.Request) -> web.StreamResponse:
-        """Answer with the opening hours; raises `NotForUsError` where there are none."""
+        """Answer with the opening hours; raises `NotForUsError` if there are none."""
         if self._calendar is None:
             raise NotForUsError(Sentence("request.always_open"), 404)
         content = self._calendar.file()
@@ -123,26 +123,26 @@ class BuiltPage:
         return await _send(request, self._hours, {"Cache-Control": "public, max-age=3600"})
 
 
-def keeps(request: web.Request, digest: str) -> dict[str, str]:
-    """Return how long an answer may be kept: for good where the address names its content."""
+def cache_headers(request: web.Request, digest: str) -> dict[str, str]:
+    """Return for how long to cache an answer: for good if its URL has the content's digest."""
     if request.query_string == digest:
         return {"Cache-Control": "public, max-age=31536000, immutable"}
     return {"Cache-Control": "public, max-age=3600"}
 
 
-def _at_once(_size_bytes: int) -> None: ...
+def _unpaced(_size_bytes: int) -> None: ...
 
 
 async def _send(
     request: web.Request,
     file: _File,
     headers: dict[str, str],
-    sent: Callable[[int], float | None] = _at_once,
+    sent: Callable[[int], float | None] = _unpaced,
 ) -> web.StreamResponse:
     headers = {**headers, "Vary": "Accept-Encoding"}
     answer = web.StreamResponse(headers=headers)
-    answer.etag = ETag(value=file.digest, is_weak=True)  # weak, since it may be packed
-    # Looked for, not parsed: thousands of them would take as many steps of aiohttp's.
+    answer.etag = ETag(value=file.digest, is_weak=True)  # weak, since it may be compressed
+    # Searched, not parsed: of thousands of tags, aiohttp would parse each in a step.
     if f'"{file.digest}"' in request.headers.get(hdrs.IF_NONE_MATCH, ""):
         answer.set_status(304)
         await answer.prepare(request)

@@ -1,6 +1,6 @@
 """A certificate's files: the host's, or the self-signed one of ``--https``, made once and kept.
 
-Its fingerprint is printed, so that a person can compare it with what the browser shows. `tls` takes
+Its fingerprint is printed, so that people can compare it with what the browser shows. `tls` loads
 renewed files without a restart.
 """
 
@@ -32,7 +32,7 @@ RENEW_BEFORE: Final = datetime.timedelta(days=30)
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """A certificate's file and that of its key."""
+    """The files of a certificate and of its key."""
 
     chain: Path
     key: Path
@@ -46,7 +46,7 @@ class Certificate:
         return digest.hex(":").upper()
 
     def names(self) -> set[str]:
-        """Return the names and addresses that it is for; raises `StartError`."""
+        """Return the names and addresses that it is valid for; raises `StartError`."""
         try:
             found = _read(self.chain).extensions.get_extension_for_class(
                 x509.SubjectAlternativeName
@@ -56,7 +56,7 @@ class Certificate:
         return {str(name.value) for name in found.value}
 
     def validity(self) -> tuple[datetime.datetime, datetime.datetime]:
-        """Return from when until when it is valid; raises `StartError`."""
+        """Return when it becomes valid and expires; raises `StartError`."""
         first = _read(self.chain)
         return first.not_valid_before_utc, first.not_valid_after_utc
 
@@ -68,7 +68,7 @@ class Certificate:
             for path in (self.chain, self.key):
                 read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
             context.load_cert_chain(self.chain, self.key, password=self._ask_nobody)
-        except OSError as error:  # an SSLError, too
+        except OSError as error:  # or SSLError
             raise StartError(
                 f"the certificate {self.chain} with the key {self.key} cannot be used:"
                 f" {reason_of(error)}; check [server] certificate and key"
@@ -76,7 +76,7 @@ class Certificate:
         return context
 
     def _ask_nobody(self) -> str:
-        """Refuse a locked key; by itself OpenSSL asks for its password at the terminal."""
+        """Refuse an encrypted key: OpenSSL would ask at the terminal for its password."""
         raise StartError(
             f"the key {self.key} is encrypted; save it without a password, for example by:"
             f" openssl pkey -in {self.key} -out FILE"
@@ -84,15 +84,15 @@ class Certificate:
 
 
 def kept_in(folder: Path) -> Certificate:
-    """Return where our own certificate is kept, whether or not there is one yet."""
+    """Return the paths of our own certificate, whether or not it exists yet."""
     return Certificate(folder / "certificate.pem", folder / "key.pem")
 
 
 def self_signed(folder: Path, names: Iterable[str], now: datetime.datetime) -> Certificate:
     """Return the certificate kept in `folder`, or make one for these names and addresses.
 
-    It is kept as long as it can be, since people have to accept each new one: until a month before
-    its end, or until there is a name that it does not have. Raises `StartError` if the folder
+    It is reused as long as possible, since people must accept each new one: until a month before
+    it expires, or until one of the names is missing in it. Raises `StartError` if the folder
     cannot be used.
     """
     kept = kept_in(folder)
@@ -111,13 +111,13 @@ def self_signed(folder: Path, names: Iterable[str], now: datetime.datetime) -> C
 
 
 def _lasts(kept: Certificate, now: datetime.datetime) -> bool:
-    """Whether there is a pair that belongs together and is valid for another month."""
+    """Whether certificate and key exist, match, and are valid for another month."""
     try:
         begins, ends = kept.validity()
         kept.context()
     except StartError:
         return False
-    # One from the future was made while the clock was wrong: no browser would take it for years.
+    # One from the future was made while the clock was wrong: browsers would refuse it for years.
     return begins <= now < ends - RENEW_BEFORE
 
 
@@ -169,6 +169,6 @@ def _general_name(name: str) -> x509.GeneralName:
 
 
 def _write(path: Path, data: bytes, mode: int) -> None:
-    """Replace a file in one step; nobody else can read the key at any time."""
+    """Replace a file atomically; at no time can anybody else read the key."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     state_dir.replace(path, data, mode)

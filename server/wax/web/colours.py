@@ -1,8 +1,8 @@
-"""A host's colour, made legible in both themes (pure).
+"""A host's colour, made legible in both themes. Pure.
 
-Its contrast is that of WCAG 2.2. The page's own grounds are fixed, so a colour that would be too
-pale for the light ones or too dark for the dark ones is mixed with black or white until it is not;
-its hue stays.
+Contrast is measured as in WCAG 2.2. The page's backgrounds are fixed, so a colour too pale for the
+light ones or too dark for the dark ones is mixed with black or white until it is legible; its hue
+stays.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ BLACK: Final[Colour] = (0.0, 0.0, 0.0)
 WHITE: Final[Colour] = (1.0, 1.0, 1.0)
 
 TEXT_CONTRAST: Final = 4.5
-"""WCAG 2.2, 1.4.3; what is no text needs 3 : 1 only, but the accent is text as well."""
+"""WCAG 2.2, 1.4.3; 3 : 1 would do for anything but text, but the accent colours text, too."""
 
 _MARGIN: Final = 0.1
 """For rounding to ``#rrggbb``."""
@@ -25,14 +25,14 @@ _STEPS: Final = 256
 
 _LIGHT_GROUNDS: Final = ("#ffffff", "#f3f4f1", "#e9ece8")
 _DARK_GROUNDS: Final = ("#121615", "#1b211f", "#262e2b")
-"""The page's ground, surface and sunken surface in each theme, as its style sheet has them."""
+"""The page's background, surface and sunken surface in each theme, as in its style sheet."""
 
 
 @dataclass(frozen=True, slots=True)
 class Shades:
-    """The accent in one theme: itself, pressed, and the text on it; and grounds of its hue.
+    """One theme's accent, the accent pressed, the text on both, and backgrounds of its hue.
 
-    `driving` is under white text, `calm` under the page's own.
+    `driving` lies under white text, `calm` under the page's own.
     """
 
     accent: str
@@ -60,7 +60,7 @@ def contrast(one: Colour, other: Colour) -> float:
 
 
 def light(accent: str) -> Shades:
-    """Return a colour's shades on a light ground."""
+    """Return a colour's shades for the light theme."""
     legible = _towards(BLACK, parsed(accent), _LIGHT_GROUNDS)
     return Shades(
         accent=written(legible),
@@ -72,7 +72,7 @@ def light(accent: str) -> Shades:
 
 
 def dark(accent: str) -> Shades:
-    """Return a colour's shades on a dark ground."""
+    """Return a colour's shades for the dark theme."""
     legible = _towards(WHITE, parsed(accent), _DARK_GROUNDS)
     return Shades(
         accent=written(legible),
@@ -88,7 +88,7 @@ def _under_white(accent: str) -> str:
 
 
 def _towards(end: Colour, colour: Colour, grounds: tuple[str, ...]) -> Colour:
-    """Mix a colour with as little of `end` as makes it legible on all these grounds."""
+    """Mix a colour with the least of `end` that makes it legible on all these backgrounds."""
     for step in range(_STEPS):
         mixed = _mixed(colour, end, step / _STEPS)
         if all(contrast(mixed, parsed(one)) >= TEXT_CONTRAST + _MARGIN for one in grounds):

@@ -1,10 +1,10 @@
-"""How many connections may be open, and which is closed to let a newcomer in. Pure.
+"""Limits how many connections are open, and chooses the one that a newcomer displaces. Pure.
 
-A connection waits for a request (idle), reads one, or answers one. One address cannot take more
-than its share. Where no more may be open, the address that has most loses one: an idle one, or
-that which has been reading for longest, since an honest browser sends a request in one piece, or
-else the one whose answer takes longest. So whoever has few keeps them, however slow their link is.
-What they hold of requests that are not answered yet is limited in the same way.
+A connection is idle, reads a request, or answers one. No address gets more than its share. When
+no more may be open, the address with the most loses one: an idle one, else the one that has been
+reading for longest, since an honest browser sends a request in one piece, else the one whose
+answer takes longest. So an address with few connections keeps them, however slow its link is. The
+bytes of unanswered requests are limited in the same way.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     State = Literal["idle", "reading", "answering"]
 
 _ANSWERS_S: Final = 1.0
-"""An answer under way is broken off earlier only for an address that has fewer connections."""
+"""An answer is cut off sooner only for an address that has fewer connections."""
 _HELD_BYTES: Final = 12_288
-"""On the mean of as many connections as may be open: an offer has 8 KB, packed 2. Whoever holds no
-more than that, on one connection, keeps it whatever others hold."""
+"""The mean for as many connections as may be open: an offer has 8 KB, 2 compressed. An address that
+holds no more than this, on one connection, keeps it whatever others hold."""
 
 
 class TrackedConnection:
-    """An open connection; `close` is called when it has to make room."""
+    """An open connection; `close` is called when another displaces it."""
 
     __slots__ = ("address", "close", "held_bytes", "since_s", "state")
 
@@ -37,7 +37,7 @@ class TrackedConnection:
 
 
 class ConnectionLimits:
-    """All open connections; each is reading when it enters."""
+    """All open connections; each starts as reading."""
 
     def __init__(self, *, most: int, most_per_address: int) -> None:
         self._most = most
@@ -46,7 +46,7 @@ class ConnectionLimits:
         self._most_held_bytes = most * _HELD_BYTES
         self._held_bytes = 0
         self._by_address: dict[str, dict[TrackedConnection, None]] = {}
-        """Each in the order in which their requests began; dictionaries keep it."""
+        """In the order in which their requests began; dictionaries keep it."""
         self.refused = 0
         self.displaced = 0
 
@@ -56,14 +56,14 @@ class ConnectionLimits:
     def __len__(self) -> int:
         return self._number
 
-    def of(self, address: str) -> int:
+    def count_of(self, address: str) -> int:
         """Return how many connections an address has."""
         return len(self._by_address.get(address, ()))
 
     def enter(
         self, address: str, close: Callable[[], None], now_s: float, *, limited: bool
     ) -> TrackedConnection | None:
-        """Track one; None if there is no room; `limited` addresses may have only so many."""
+        """Track a new one; None if there is no room. Only `limited` addresses have a share."""
         own = self._by_address.get(address, ())
         if limited and len(own) >= self._most_per_address:
             has_room = self._displace(own, now_s, least_s=_ANSWERS_S)
@@ -80,26 +80,26 @@ class ConnectionLimits:
         self._add(tracked)
         return tracked
 
-    def begins(self, tracked: TrackedConnection, now_s: float) -> None:
-        """Note that a request has begun to come."""
+    def mark_reading(self, tracked: TrackedConnection, now_s: float) -> None:
+        """Note that a request has begun to arrive."""
         tracked.state, tracked.since_s = "reading", now_s
         others = self._by_address.get(tracked.address, {})
         if tracked in others:
             del others[tracked]
             others[tracked] = None
 
-    def answers(self, tracked: TrackedConnection) -> None:
-        """Note that a request has come as a whole."""
+    def mark_answering(self, tracked: TrackedConnection) -> None:
+        """Note that the whole request has arrived."""
         tracked.state = "answering"
 
-    def idles(self, tracked: TrackedConnection) -> None:
-        """Note that it was answered, and the next request has not begun."""
+    def mark_idle(self, tracked: TrackedConnection) -> None:
+        """Note that the request was answered, and no other has begun."""
         tracked.state = "idle"
 
-    def holds(self, tracked: TrackedConnection, held_bytes: int) -> None:
-        """Note how much it holds of requests that are not answered yet.
+    def set_held_bytes(self, tracked: TrackedConnection, held_bytes: int) -> None:
+        """Set how many bytes of unanswered requests a connection holds.
 
-        While all hold too much, the address that holds most loses the connection that holds most.
+        While the total is too large, the address that holds most loses its largest connection.
         """
         if tracked not in self:
             return
@@ -109,12 +109,12 @@ class ConnectionLimits:
             own = max(self._by_address.values(), key=lambda own: sum(map(_held_bytes, own)))
             self._close(max(own, key=_held_bytes))
 
-    def is_for(
+    def count_for(
         self, tracked: TrackedConnection, address: str, now_s: float, *, limited: bool
     ) -> bool:
-        """Count a proxy's connection as one of the address for which it asks.
+        """Count a proxy's connection as its client's.
 
-        False if that one has no room.
+        False if the client's `address` has no room.
         """
         if tracked not in self or tracked.address == address:
             return True
@@ -132,7 +132,7 @@ class ConnectionLimits:
         return True
 
     def leave(self, tracked: TrackedConnection) -> None:
-        """Track it no longer; may be called again."""
+        """Stop tracking it; may be called again."""
         if tracked not in self:
             return
         own = self._by_address[tracked.address]
@@ -150,7 +150,7 @@ class ConnectionLimits:
     def _displace(
         self, among: Collection[TrackedConnection], now_s: float, *, least_s: float
     ) -> bool:
-        """Close one of these; False if none of them has been at work for long."""
+        """Close one of these; False if all have been answering for less than `least_s`."""
         first: dict[State, TrackedConnection] = {}
         for tracked in among:
             first.setdefault(tracked.state, tracked)

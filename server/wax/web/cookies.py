@@ -1,7 +1,7 @@
-"""The two cookies: who a browser is, and whether it is the host's (RFC 6265bis).
+"""The two cookies: a browser's identity, and the host's sign-in (RFC 6265bis).
 
-Both are out of reach of scripts and are sent only by our own page. Under HTTPS their names begin
-with ``__Host-``, so that no neighbour under another name of the same domain can set them.
+Scripts cannot read them, and only our own page sends them. Under HTTPS their names begin with
+``__Host-``, so that no other host of the same domain can set them.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ _IDENTITY: Final = "wax-id"
 _HOST: Final = "wax-host"
 _BOUND: Final = "__Host-"
 _MOST: Final = 200
-"""So many cookies of a request are looked at; browsers keep up to 180 for a site."""
+"""Cookies of a request that are read; browsers keep up to 180 for a site."""
 _IDENTITY_S: Final = 365 * 86_400
 
 
 def shown(headers: Iterable[str], scheme: str) -> Shown:
-    """Return what the `Cookie` headers of a request show; of several the first counts.
+    """Return our cookies from a request's `Cookie` headers; the first of each name counts.
 
-    Under HTTPS the plain names count where nobody else can have set them: identities that were
-    given before there were others, and the host's.
+    Under HTTPS, a name without the prefix counts only where nobody else can have set it: for
+    identities from before the prefix was used, and for the host's cookie.
     """
     found = _pairs(headers)
     identity, host = found.get(_IDENTITY), found.get(_HOST)
@@ -41,18 +41,18 @@ def shown(headers: Iterable[str], scheme: str) -> Shown:
     return Shown(identity=bound, host=found.get(_BOUND + _HOST, host))
 
 
-def to_rename(headers: Iterable[str], scheme: str) -> bool:
-    """Whether the identity that a browser shows has a name that HTTPS no longer uses."""
+def lacks_prefix(headers: Iterable[str], scheme: str) -> bool:
+    """Whether a browser's identity lacks the prefix that HTTPS now uses."""
     return scheme == "https" and _BOUND + _IDENTITY not in _pairs(headers)
 
 
-def give_identity(response: web.StreamResponse, cookie: str, scheme: str) -> None:
-    """Let a browser be who the cookie says, for a year."""
+def set_identity(response: web.StreamResponse, cookie: str, scheme: str) -> None:
+    """Set a browser's identity, for a year."""
     _set(response, _IDENTITY, cookie, _IDENTITY_S, scheme)
 
 
-def give_host(response: web.StreamResponse, cookie: str, scheme: str) -> None:
-    """Let a browser be the host's."""
+def set_host(response: web.StreamResponse, cookie: str, scheme: str) -> None:
+    """Set a browser's host cookie."""
     _set(response, _HOST, cookie, int(COOKIE_S), scheme)
 
 
@@ -66,8 +66,8 @@ def _pairs(headers: Iterable[str]) -> dict[str, str]:
 
 
 def _set(response: web.StreamResponse, name: str, value: str, age_s: int, scheme: str) -> None:
-    # Not with the page itself: on the way from another site's link no cookie comes, and a new
-    # identity would replace the old one.
+    # Never set it with the page itself: a request from another site's link carries no cookie, and
+    # a new identity would replace the old one.
     is_secure = scheme == "https"
     if is_secure:
         response.del_cookie(name, path="/", secure=True, httponly=True, samesite="Strict")

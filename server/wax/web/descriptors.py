@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 _OURS: Final = 128
 """Cameras, the robot, records and the event loop itself; most are open at the start."""
 _PER_VIEWER: Final = {"one-port": 4, "full-ice": 16}
-"""One for each way to a viewer's browser, of which two may be tried at once; or one for each of
-this machine's addresses, and relays."""
+"""One for each path to a viewer's browser, of which two may be tried at once; or one for each of
+this machine's addresses, and for relays."""
 _LEAST: Final = 16
-"""As `[server] max_connections` has it."""
+"""The minimum of `[server] max_connections`."""
 _OPEN_MAX: Final = 10_240
 """What macOS allows at most where it calls its limit infinite (its setrlimit(2))."""
 
 
 def limit(*, hard: bool = False) -> int | None:
-    """Return how many may be open now, or after `raise_limit`; None where there is no limit."""
+    """Return how many may be open, now or after `raise_limit` (`hard`); None without a limit."""
     if sys.platform == "win32":
         return None
     found = resource.getrlimit(resource.RLIMIT_NOFILE)[1 if hard else 0]
@@ -32,7 +32,7 @@ def limit(*, hard: bool = False) -> int | None:
 
 
 def raise_limit() -> None:
-    """Raise the limit to what this user may have: shells give 1,024, whoever needs more asks."""
+    """Raise the limit to this user's maximum: shells set 1,024, and programs ask for more."""
     if sys.platform == "win32":
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

@@ -1,4 +1,4 @@
-"""Where connections come in: listens, by HTTP or HTTPS, and lets in only so many."""
+"""Listens for HTTP or HTTPS connections, and admits a limited number."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wax.errors import StartError
 from wax.web.connection import Connection
 from wax.web.http_limits import HttpLimits
 from wax.web.listening import Listening
-from wax.web.senders import limited
+from wax.web.senders import limit_key
 from wax.web.tls_gate import TlsGate
 
 if TYPE_CHECKING:
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 _SHUTDOWN_S: Final = 0.5
 _MADE_S: Final = 0.0002
 _HANDSHAKE_S: Final = 0.0015
-"""What a connection costs until it can say something, and TLS: nearly all of that is a signature,
-made in the middle of asyncio's own work."""
+"""What a connection costs before its first byte, and what TLS adds: nearly all of that is a
+signature, made in the middle of asyncio's own work."""
 
 
 class Entrance:
     """Serves an application; `open` and `close` it. With `tls`, by HTTPS only.
 
-    `who` and `has_people_at` tell who is known: see `RequestBudgets`.
+    `who` and `has_people_at` identify known people: see `RequestBudgets`.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Entrance:
 
     @property
     def port(self) -> int:
-        """The port that is listened on, which the system chose if 0 was asked for."""
+        """The listening port, which the system chose if 0 was configured."""
         assert self._listening is not None, "it is not open"
         return self._listening.port
 
@@ -93,19 +93,19 @@ class Entrance:
         limits = self.limits
         tracked = limits.enter(peer, connection.close, asyncio.get_running_loop().time())
         if tracked is None:
-            limits.log.info("connection refused", why="too many", sender=limited(peer))
+            limits.log.info("connection refused", why="too many", sender=limit_key(peer))
             connection.close()
             return
-        payer, is_ahead = limits.budgets.of_newcomer(tracked.address)
+        payer, is_urgent = limits.budgets.of_newcomer(tracked.address)
         waiting = limits.queue.enter(
-            payer, lambda: self._begin(connection, tracked, peer, payer), ahead=is_ahead
+            payer, lambda: self._begin(connection, tracked, peer, payer), urgent=is_urgent
         )
         if waiting is not None:
             tracked.close = lambda: self._give_up(connection, waiting)
         limits.turnstile.charge(payer, began_s)
 
     def _give_up(self, connection: socket.socket, waiting: WaitingRequest) -> None:
-        waiting.leave()
+        waiting.cancel()
         connection.close()
 
     def _begin(
@@ -115,7 +115,7 @@ class Entrance:
             self.limits.connections.leave(tracked)
             connection.close()
             return
-        tracked.close = _nothing  # asyncio has it; the connection asks first whether it may stay
+        tracked.close = _nothing  # asyncio owns it; `connection_made` checks if it may stay
         cost_s = _MADE_S if self._tls is None else _MADE_S + _HANDSHAKE_S
         self.limits.turnstile.charge(payer, time.thread_time() - cost_s)
         task = asyncio.get_running_loop().create_task(self._make(connection, tracked, peer))
@@ -135,13 +135,13 @@ class Entrance:
 
         try:
             await loop.connect_accepted_socket(protocol, connection)
-        except OSError:  # it has gone, or made room, already
+        except OSError:  # already closed by its client, or displaced
             self.limits.connections.leave(tracked)
             connection.close()
 
 
 def _has_gone(connection: socket.socket) -> bool:
-    """Whether its client has ended it already: to make it would cost ten times as much."""
+    """Whether its client has closed it already: to serve it would cost ten times as much."""
     try:
         return not connection.recv(1, socket.MSG_PEEK)
     except BlockingIOError:

@@ -1,4 +1,4 @@
-"""What every request passes, whatever it asks for: is it for us, and may its page ask?"""
+"""Checks every request: is it for this server, and may the page that sent it do so?"""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from wax.errors import NotForUsError
 from wax.sentence import Sentence
 from wax.web.connection import Connection
 from wax.web.host_names import HostNames, host_of
-from wax.web.security_headers import UNDER_HTTPS, always
+from wax.web.security_headers import UNDER_HTTPS, base_headers
 from wax.web.senders import Proxies, Seen, is_same_origin, is_same_site
 from wax.web.sparse_log import SparseLog
 
@@ -31,11 +31,11 @@ _LOG = structlog.get_logger(__name__)
 _READING: Final = ("GET", "HEAD")
 _HEALTH: Final = ("/healthz", "/readyz")
 _LONGEST_PATH: Final = 200
-"""More than any of ours; a file system raises errors of its own at 256."""
+"""Longer than any of ours; file systems raise errors of their own at 256."""
 _SEEN: Final = web.RequestKey("seen", Seen)
 
 _ANY_OPENER: Final = "unsafe-none"
-"""For our own pages as openers: what a frame with ``sandbox`` opens may have no other policy."""
+"""For pages that ours open: what a frame with ``sandbox`` opens may have no other policy."""
 
 _NOT_OURS: Final = Sentence("request.other_name")
 _NO_NAME: Final = Sentence("request.no_name")
@@ -50,10 +50,10 @@ _BROKEN: Final = Sentence("request.broken")
 
 
 class Guards:
-    """Make one for each server; add `middlewares`, and `add_headers` to each response.
+    """Make one for each server; add its `middlewares`, and call `add_headers` on each response.
 
-    `public_addresses` are those of the machine's router, by which it is known too; `room_urls` are
-    what the page may connect to besides.
+    `public_addresses` returns the router's, which this machine goes by, too; the page may connect
+    to `room_urls` besides.
     """
 
     def __init__(
@@ -63,11 +63,11 @@ class Guards:
         public_addresses: Callable[[], Collection[str]] = tuple,
         room_urls: Collection[str] = (),
     ) -> None:
-        self._headers = always(room_urls)
+        self._headers = base_headers(room_urls)
         self._public_addresses = public_addresses
         listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
         self._names = HostNames([*server.all_names, *listening])
-        # A browser keeps this for all ports of a name: not for localhost, where others serve too.
+        # Browsers apply HSTS to all ports of a name: not for localhost, where others serve, too.
         self._public = frozenset(server.all_names)
         self._proxies = Proxies(server.trusted_proxies)
         self._clock = clock
@@ -75,14 +75,14 @@ class Guards:
 
     @property
     def middlewares(self) -> tuple[Middleware, ...]:
-        """Put them before all others but that which makes errors out of exceptions."""
+        """Put them right after the one that turns exceptions into answers, before all others."""
 
         @web.middleware
         async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
             connection = request.protocol
             if not isinstance(connection, Connection):
                 return await guarded(request, handler)
-            if not connection.header_came(request):
+            if not connection.header_parsed(request):
                 raise NotForUsError(_BROKEN, 400)
             return await connection.timed(guarded(request, handler))
 
@@ -96,16 +96,16 @@ class Guards:
         return (guard,)
 
     def seen(self, request: web.Request) -> Seen:
-        """Return who sent a request, and how they see us; raises `NotForUsError` if unclear."""
+        """Return a request's sender and how they address us; raises `NotForUsError` if unclear."""
         seen = request.get(_SEEN)
         if seen is None:
-            # Until it is clear who asks it is the proxy: an error is answered, too.
+            # Until the sender is clear, it is the proxy: answers to errors need one, too.
             request[_SEEN] = self._proxies.direct(request)
             seen = request[_SEEN] = self._proxies.seen(request)
         return seen
 
     def frame_policy(self, sites: Iterable[str]) -> str:
-        """Return the content policy of what these sites may show in a frame."""
+        """Return the content policy that lets these sites show a page in a frame."""
         return " ".join([self._headers["Content-Security-Policy"], *sites])
 
     def sender(self, request: web.Request) -> str:
@@ -113,7 +113,7 @@ class Guards:
         return self.seen(request).sender
 
     async def add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
-        """Tell browsers what not to allow; which software this is, is nobody's business."""
+        """Add the security headers, and a `Server` that names no library or version."""
         response.headers["Server"] = "WAX"
         if request.headers.get("Sec-Fetch-Site") == "same-origin":
             response.headers["Cross-Origin-Opener-Policy"] = _ANY_OPENER
@@ -129,7 +129,7 @@ class Guards:
             response.headers.setdefault("Cache-Control", "no-store")
 
     def _check(self, request: web.Request) -> None:
-        """Raise `NotForUsError` if the request is not to be answered."""
+        """Raise `NotForUsError` if the request must not be answered."""
         seen = self.seen(request)
         try:
             host = host_of(seen.host)
@@ -144,7 +144,7 @@ class Guards:
         if not (self._is_ours(host) and self._is_ours(target)):
             self._refused(request, "not our name", host=host)
             raise NotForUsError(_NOT_OURS, 421)
-        # Other sites add to a link whatever they like to know, and ask about such links.
+        # Other sites append tracking parameters to links, and ask about such links.
         if len(request.raw_path.partition("?")[0]) > _LONGEST_PATH or "\0" in request.path:
             raise NotForUsError(Sentence("request.no_page"), 404)
         if request.method not in _READING and not is_same_origin(request, seen.origin):
@@ -152,7 +152,7 @@ class Guards:
             raise NotForUsError(self._other_page(request), 403)
 
     def _other_page(self, request: web.Request) -> Sentence:
-        """Say what keeps a request that changes state from being one of our page's."""
+        """Return why a request that changes state does not count as our page's."""
         if not is_same_site(request):
             return _OTHER_SITE
         is_known = self._proxies.trusts(request.remote or "")
@@ -166,6 +166,6 @@ class Guards:
 
 
 def _is_check_of_health(request: web.Request) -> bool:
-    """Whether a load balancer asks, as HAProxy does; every browser names the host that it means."""
+    """Whether a load balancer asks, as HAProxy does; browsers always name a host."""
     is_old = request.version <= HttpVersion10
     return is_old and request.method in _READING and request.path in _HEALTH

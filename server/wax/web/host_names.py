@@ -1,7 +1,7 @@
-"""Which hosts a request may be for.
+"""The host names and addresses that a request may name.
 
-A website can point a name of its own at this machine (DNS rebinding) and would then be of the same
-origin as our page. So a request is answered only if it names us (RFC 9110, 7.2 and 15.5.20).
+A website can point a name of its own at this machine (DNS rebinding), and would then have our
+page's origin. So a request is answered only if it names us (RFC 9110, 7.2 and 15.5.20).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def host_of(authority: str) -> str:
 
 
 def host_and_port(authority: str) -> tuple[str, str]:
-    """Return the host as `host_of` does, and the port with its colon, or nothing."""
+    """Return the host as `host_of` does, and the port with its colon, or ""."""
     found = _AUTHORITY.fullmatch(authority)
     if found is None:
         raise ValueError("not a host")
@@ -42,7 +42,7 @@ def host_and_port(authority: str) -> tuple[str, str]:
 
 
 def own_addresses() -> set[str]:
-    """Return this machine's addresses as they are now, without IPv6 zones."""
+    """Return this machine's current addresses, without IPv6 zones."""
     found = set()
     for adapter in ifaddr.get_adapters():
         for ip in adapter.ips:
@@ -52,16 +52,16 @@ def own_addresses() -> set[str]:
 
 
 def own_names() -> set[str]:
-    """Return the names of this machine: local ones, its own, and that of multicast DNS."""
+    """Return this machine's names: the loopback's, its host name, and the multicast DNS one."""
     machine = socket.gethostname().lower()
     short = machine.partition(".")[0]
     return {*_LOCAL, machine, *((short, f"{short}.local") if short else ())} - {""}
 
 
 class HostNames:
-    """The names by which this server is known: `configured` ones, and the machine's own.
+    """The names that this server goes by: `configured` ones, and the machine's own.
 
-    An international name is known in its own letters, too: whoever is no browser may send them.
+    An international name counts in its own letters, too: programs may send it so.
     """
 
     def __init__(self, configured: Iterable[str]) -> None:
@@ -72,7 +72,7 @@ class HostNames:
     def knows(self, host: str, now_s: float) -> bool:
         """Whether a host, as `host_of` returns it, is this server.
 
-        A machine's addresses change; they are looked up again for a stranger, once a second at
+        A machine's addresses change: an unknown one makes it look them up again, once a second at
         most.
         """
         if host in self._names or host in self._addresses:

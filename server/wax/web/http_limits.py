@@ -1,4 +1,4 @@
-"""What all HTTP connections share: their number, who pays for a request, and when it begins."""
+"""What all HTTP connections share: their number, their budgets, and the queue of requests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import structlog
 from wax.web.connection_limits import ConnectionLimits
 from wax.web.request_budgets import RequestBudgets
 from wax.web.request_queue import RequestQueue
-from wax.web.senders import Proxies, limited
+from wax.web.senders import Proxies, limit_key
 from wax.web.sparse_log import SparseLog
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ _LOG = structlog.get_logger(__name__)
 
 
 class HttpLimits:
-    """Made by the `Entrance` for its connections; `RequestBudgets` says what it is given."""
+    """Made by the `Entrance`; for `who` and `has_people_at` see `RequestBudgets`."""
 
     def __init__(
         self,
@@ -62,15 +62,15 @@ class HttpLimits:
     def enter(self, peer: str, close: Callable[[], None], now_s: float) -> TrackedConnection | None:
         """Track a connection from `peer`; None if it has to be refused."""
         is_limited = not self.proxies.trusts(peer)
-        return self.connections.enter(limited(peer), close, now_s, limited=is_limited)
+        return self.connections.enter(limit_key(peer), close, now_s, limited=is_limited)
 
-    def is_for(self, tracked: TrackedConnection, address: str, now_s: float) -> bool:
-        """Count a connection for the address that asks through it; False if it has no room."""
+    def count_for(self, tracked: TrackedConnection, address: str, now_s: float) -> bool:
+        """Count a proxy's connection as its client's; False if the client's has no room."""
         is_limited = not self.proxies.trusts(address)
-        return self.connections.is_for(tracked, address, now_s, limited=is_limited)
+        return self.connections.count_for(tracked, address, now_s, limited=is_limited)
 
-    def end(self, abort: Callable[[], None]) -> None:
-        """End a connection soon: many whose time is over together do so a few in a pass."""
+    def end_soon(self, abort: Callable[[], None]) -> None:
+        """End a connection soon: of many that time out together, a few end in each pass."""
         self._ending.append(abort)
         if len(self._ending) == 1:
             asyncio.get_running_loop().call_soon(self._end_some)
@@ -82,7 +82,7 @@ class HttpLimits:
         for abort in some:
             abort()
 
-    def cut(self, why: str) -> None:
-        """Count a connection that was closed because of what its client did, or did not."""
+    def count_cut(self, why: str) -> None:
+        """Count a connection that was closed for what its client did, or failed to do."""
         self._cut += 1
         self.log.info("connection closed", why=why)

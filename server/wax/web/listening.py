@@ -1,4 +1,4 @@
-"""The sockets where connections come in: accepts a few in each pass of the event loop."""
+"""The listening sockets: accept a few connections in each pass of the event loop."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _LOG = structlog.get_logger(__name__)
 
 _ACCEPT_IN_A_PASS: Final = 16
 _ACCEPT_S: Final = 0.001
-"""By whichever comes first; where they wait in line, whoever is known passes the others."""
+"""The first limit reached counts; in the queue that follows, known senders pass others."""
 _RECEIVE_BYTES: Final = 32_768
-"""What one connection can bring to one pass; the largest request is a body of 64 KiB."""
+"""The most that a connection can bring to one pass; the largest request is a body of 64 KiB."""
 _SEND_BYTES: Final = 131_072
-"""What the kernel holds for one that does not read: as much as a second of a thin link carries."""
+"""What the kernel buffers for a client that does not read: about a second of a thin link."""
 _NO_MORE: Final = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
 _PAUSE_S: Final = 1.0
 _FULL_EVERY_S: Final = 60.0
@@ -35,13 +35,13 @@ class Listening:
     def __init__(self, host: str, port: int, accept: Callable[[socket.socket, str], None]) -> None:
         self._loop = asyncio.get_running_loop()
         self._accept = accept
-        self._told_s = float("-inf")
+        self._warned_s = float("-inf")
         self._sockets = listen(host, port)
         for listening in self._sockets:
-            # What it accepts has the same.
+            # Accepted connections inherit both.
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BYTES)
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
-            self._loop.add_reader(listening, self._come, listening)
+            self._loop.add_reader(listening, self._accept_some, listening)
 
     @property
     def port(self) -> int:
@@ -54,7 +54,7 @@ class Listening:
             one.close()
         self._sockets = []
 
-    def _come(self, listening: socket.socket) -> None:
+    def _accept_some(self, listening: socket.socket) -> None:
         until_s = time.thread_time() + _ACCEPT_S
         for _ in range(_ACCEPT_IN_A_PASS):
             try:
@@ -72,10 +72,10 @@ class Listening:
                 return
 
     def _pause(self, listening: socket.socket, error: OSError) -> None:
-        """Wait for descriptors: the socket stays readable, and would keep the loop busy."""
+        """Wait for free descriptors: the socket stays readable, and would keep the loop busy."""
         now_s = self._loop.time()
-        if now_s - self._told_s >= _FULL_EVERY_S:
-            self._told_s = now_s
+        if now_s - self._warned_s >= _FULL_EVERY_S:
+            self._warned_s = now_s
             _LOG.warning(
                 "no further connection can be accepted: raise the limit of open files",
                 problem=error.strerror,
@@ -85,4 +85,4 @@ class Listening:
 
     def _resume(self, listening: socket.socket) -> None:
         if listening in self._sockets:
-            self._loop.add_reader(listening, self._come, listening)
+            self._loop.add_reader(listening, self._accept_some, listening)

@@ -1,6 +1,6 @@
-"""What other sites are told of the page's frame: in its head, and where they ask (oEmbed 1.0).
+"""How other sites learn of the page's frame: from tags in its head, and by oEmbed 1.0.
 
-Which of them may show it is `Guards.frame_policy`'s.
+`Guards.frame_policy` says which of them may show it.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ if TYPE_CHECKING:
 
 OEMBED_PATH: Final = "/oembed"
 VIEW: Final = "embed"
-"""What the page is for a frame, as ``?view=``."""
+"""The value of ``?view=`` for a frame."""
 
 _FRAME: Final = f"/?view={VIEW}"
 _WIDTH: Final = 640
 _UNBOUNDED: Final = 100_000
 _DIGITS: Final = 6
-"""As many as that has; Python refuses to read 5,000 of them."""
+"""As many as `_UNBOUNDED` has; Python refuses to parse 5,000."""
 _KEPT_S: Final = 3600
 _NO_PAGE: Final = Sentence("request.no_page")
 
 
 def head(base: str, name: str) -> list[str]:
-    """Return what the head of the page at `base` says of its frame."""
+    """Return the tags about the frame for the head of the page at `base`."""
     about = f"{base}{OEMBED_PATH}?url={quote(f'{base}/', safe='')}&format=json"
     video = {
         "og:video": f"{base}{_FRAME}",
         "og:video:type": "text/html",
         "og:video:width": str(_WIDTH),
-        "og:video:height": str(_high(_WIDTH)),
+        "og:video:height": str(_height(_WIDTH)),
     }
     return [
         f'<link rel="alternate" type="application/json+oembed" href="{escape(about)}"'
@@ -51,10 +51,10 @@ def head(base: str, name: str) -> list[str]:
 def answer(
     asked: Mapping[str, str], base: str, name: str, picture: PreviewPicture | None, shown_at: str
 ) -> dict[str, object]:
-    """Return the answer for a link to the page at `base`, whose picture is `shown_at` its address.
+    """Return the answer for a link to the page at `base`; `shown_at` is its picture's URL.
 
-    Raises `NotForUsError` for any other page, and for XML. Of the link nothing is passed on, since
-    it may have a secret in it.
+    Raises `NotForUsError` for any other page, and for XML. Nothing of the link is echoed, since it
+    may contain a secret.
     """
     url = asked.get("url", "").partition("#")[0].partition("?")[0]
     if not _is_same_page(url, base):
@@ -71,9 +71,9 @@ def answer(
         "provider_url": f"{base}/",
         "cache_age": _KEPT_S,
         "html": f'<iframe src="{escape(base + _FRAME)}" title="{escape(name)}" width="{width}"'
-        f' height="{_high(width)}" loading="lazy" allow="autoplay" style="border:0"></iframe>',
+        f' height="{_height(width)}" loading="lazy" allow="autoplay" style="border:0"></iframe>',
         "width": width,
-        "height": _high(width),
+        "height": _height(width),
     }
     if picture is not None and picture.width <= wide and picture.height <= high:
         told["thumbnail_url"] = shown_at
@@ -82,7 +82,7 @@ def answer(
 
 
 def _is_same_page(url: str, base: str) -> bool:
-    """Whether an address is that of the page, by http or https, however it is written."""
+    """Whether a URL is the page's, by http or https, however it is written."""
     try:
         host, *where = _parts(url)
     except ValueError:
@@ -92,7 +92,7 @@ def _is_same_page(url: str, base: str) -> bool:
 
 
 def _parts(url: str) -> tuple[str, str, str]:
-    """Return host, port if it is not its scheme's, and path; raises `ValueError`."""
+    """Return host, port unless it is the scheme's default, and path; raises `ValueError`."""
     scheme, _, rest = url.partition("://")
     authority, _, path = rest.partition("/")
     host, port = host_and_port(authority)
@@ -101,13 +101,13 @@ def _parts(url: str) -> tuple[str, str, str]:
     return host, port.removesuffix(usual), path.removesuffix("/")
 
 
-def _high(width: int) -> int:
+def _height(width: int) -> int:
     """Return the height for this width: most cameras have 4:3."""
     return max(1, width * 3 // 4)
 
 
 def _bound(text: str | None) -> int:
-    """Return what was asked for at most; what is no number bounds nothing."""
+    """Return the requested maximum; anything but a number is no bound."""
     if text is None or not (text.isascii() and text.isdigit()):
         return _UNBOUNDED
     digits = text.lstrip("0")

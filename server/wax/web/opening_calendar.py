@@ -1,8 +1,8 @@
 """The opening hours as a calendar (RFC 5545) to which people subscribe.
 
-Each opening of the coming weeks is an event of its own, in UTC. An event that repeats takes the
-rules of the time zone, and programs read these differently: some are an hour off for half of the
-year, and a zone that changes its clock by the moon, such as Morocco's, has no rule.
+Each opening of the coming weeks is an event of its own, in UTC. A repeating event would need the
+time zone's rules, which programs read differently: some are an hour off for half of the year, and
+a zone that changes its clock by the moon, such as Morocco's, has no rule.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from wax.config.page import PageSettings
 
 _WEEKS: Final = 8
-"""So far ahead, though nobody reads the file again for a month."""
+"""Enough even for a program that reads the file again only after a month."""
 _LINE_BYTES: Final = 75
 """Longer lines go on in the next, which begins with a space (RFC 5545, 3.1)."""
 _ESCAPES: Final = str.maketrans({"\\": "\\\\", ";": "\\;", ",": "\\,"})
 
 
 class OpeningCalendar:
-    """`now` tells the time (aware); the file is made anew on each day on which somebody asks."""
+    """`now` returns an aware time; the file is built at most once a day, on request."""
 
     def __init__(
         self, hours: OpeningHours, page: PageSettings, public_url: str, now: Callable[[], datetime]
@@ -39,7 +39,7 @@ class OpeningCalendar:
         self._file = b""
 
     def file(self) -> bytes:
-        """Return the file, from yesterday on; making it takes a few milliseconds."""
+        """Return the file, beginning with yesterday; building it takes a few milliseconds."""
         now = self._now()
         day = now.astimezone(self._hours.zone).date()
         if day != self._day:
@@ -49,7 +49,7 @@ class OpeningCalendar:
 
     def _lines(self, today: date, made: str) -> Iterator[str]:
         name = self._page.name.translate(_ESCAPES)
-        # The same tomorrow, so that whoever imports the file again has nothing twice.
+        # Stable, so that importing the file again duplicates nothing.
         robot = uuid5(NAMESPACE_URL, self._url or self._page.name)
         yield "BEGIN:VCALENDAR"
         yield "VERSION:2.0"
@@ -76,7 +76,7 @@ class OpeningCalendar:
         yield "END:VCALENDAR"
 
     def _openings(self, today: date) -> list[tuple[datetime, datetime]]:
-        """Return when it opens and closes, from yesterday on: a night's opening may still last."""
+        """Return all openings, beginning with yesterday's, which may last past midnight."""
         days = [today + timedelta(days=ahead) for ahead in range(-1, 7 * _WEEKS)]
         found = {
             self._hours.on(day, window)
@@ -92,7 +92,7 @@ def _time(moment: datetime) -> str:
 
 
 def _folded(line: str) -> bytes:
-    """Return a line with its end, cut where no character is."""
+    """Return a line with its line break, folded without splitting a character."""
     rest, cut = line.encode(), b""
     room = _LINE_BYTES
     while len(rest) > room:

@@ -1,4 +1,4 @@
-"""The URLs of the page, and which addresses are this machine's own."""
+"""The URLs of the page, and which addresses are the loopback's."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _literal(host: str) -> str:
 
 
 def is_loopback(text: str) -> bool:
-    """Whether an address is this machine's own."""
+    """Whether an address is the loopback's."""
     try:
         return ipaddress.ip_address(text).is_loopback
     except ValueError:

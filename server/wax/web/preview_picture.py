@@ -1,4 +1,4 @@
-"""The picture that others show beside a link to the page, read and checked once at the start."""
+"""The picture for link previews, read and checked once at the start."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wax.folders import expanded
 from wax.named_file import check, problem, read_bytes
 
 MAX_BYTES: Final = 1 << 20
-"""More is left out by most who show previews, and is long in coming to the others."""
+"""Most sites leave a larger one out of previews, and the others load it slowly."""
 
 _KEY: Final = "page.picture"
 _TYPES: Final = {
@@ -25,7 +25,7 @@ _TYPES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class PreviewPicture:
-    """A picture that was found good; `digest` changes with its content."""
+    """A valid picture; `digest` changes with its content."""
 
     content: bytes
     content_type: str

@@ -1,4 +1,4 @@
-"""Who pays for HTTP's share of the event loop: guests by address, who is known by who they are."""
+"""Who pays for HTTP's share of the event loop: guests by address, known people by identity."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ if TYPE_CHECKING:
     from wax.edge.turnstile import Turnstile
 
 HOST: Final = "host"
-"""What `who` of `RequestBudgets` says of the host."""
+"""The name that `RequestBudgets.who` returns for the host."""
 Who = Callable[["Shown", str, str], tuple[str, bool] | None]
-"""Tells who shows these cookies, from this address, and whether this route is urgent for them; None
-of a stranger."""
+"""Returns who sends these cookies, from this address, and whether this route is urgent for them;
+None for a stranger."""
 
 _GUESTS: Final = Rates(committed=0.005, committed_burst_s=0.05, pool=0.2, pool_burst_s=0.6)
-"""All guests together get a fifth of a core, one address half of that: at half a millisecond a
-request, a page of ten, and then ten requests a second, whatever the others do."""
+"""All guests together get a fifth of a core, and one address half of that. At half a millisecond a
+request, each address gets a page of ten, then ten requests a second, whatever the others do."""
 _KNOWN: Final = Rates(committed=0.01, committed_burst_s=0.1, pool=0.1, pool_burst_s=0.3)
-"""Whoever is in the room has a reserve that no neighbour of their address can use up."""
+"""Everybody in the room has a reserve that no neighbour at their address can use up."""
 _HOST: Final = Rates(committed=0.5, committed_burst_s=1.0, pool=0.0, pool_burst_s=0.0)
 _MOST: Final = 1024
-"""So many budgets are kept, those that were used last."""
+"""Budgets that are kept: those used most recently."""
 
 
 class RequestBudgets:
-    """`has_people_at` tells of an address whether somebody there is in the room."""
+    """`has_people_at` says whether somebody at an address is in the room."""
 
     def __init__(
         self,
@@ -48,12 +48,12 @@ class RequestBudgets:
         return self._payer("guest", address, address)
 
     def of_known(self, name: str, address: str) -> Payer | None:
-        """Return the budget of somebody known; None if it is used up, so that they are a guest."""
+        """Return a known person's budget; None if it is used up: they pay as a guest."""
         payer = self._payer(HOST if name == HOST else "known", name, address)
         return payer if self._turnstile.wait_s(payer) <= 0 else None
 
     def of_newcomer(self, address: str) -> tuple[Payer, bool]:
-        """Return who pays for a new connection, and whether it is likely somebody's of the room."""
+        """Return who pays for a new connection, and whether somebody in the room likely made it."""
         known = self.of_known(address, address) if self._has_people_at(address) else None
         return (self.of_guest(address), False) if known is None else (known, True)
 

@@ -1,7 +1,7 @@
-"""The head of a request, looked at before it is parsed: its length, its body's, and who asks. Pure.
+"""Scans a request's head before it is parsed: for its length, its body's, and its sender. Pure.
 
-It decides in which order requests are served and where each ends, nothing else: what a request may,
-the guards and the routes ask again of aiohttp's own parser.
+This decides only in which order requests are served, and where each ends. For what a request may
+do, guards and routes rely on aiohttp's own parser.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _WANTED: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """What one head says; `body_bytes` is None where nobody can tell where the body ends."""
+    """What a head contains; `body_bytes` is None if the end of the body is unknown."""
 
     target: str
     body_bytes: int | None
@@ -34,7 +34,7 @@ class Head:
 
 
 class Requests:
-    """The bytes of one connection, given out request by request: nothing of the next before."""
+    """The buffered bytes of a connection, handed out one request at a time."""
 
     def __init__(self) -> None:
         self._held = bytearray()
@@ -48,26 +48,26 @@ class Requests:
 
     @property
     def is_full(self) -> bool:
-        """Whether there is as much as any head may have."""
+        """Whether it holds as many bytes as a head may have."""
         return len(self._held) >= MAX_HEAD_BYTES
 
     @property
-    def is_no_http(self) -> bool:
-        """Whether this begins as no request does, such as a TLS handshake."""
+    def is_not_http(self) -> bool:
+        """Whether this begins unlike any request, such as a TLS handshake."""
         return bool(self._held) and not 65 <= self._held[0] <= 90 and self._held[0] not in _LINE
 
-    def take_head(self) -> bytes | None:
-        """Take the next head, if all of it has come."""
+    def pop_head(self) -> bytes | None:
+        """Remove and return the next head; None until all of it has arrived."""
         while self._held.startswith(_LINE):  # RFC 9112, 2.2
             del self._held[: len(_LINE)]
         found = self._held.find(_END, max(0, self._searched - len(_END)), MAX_HEAD_BYTES)
         if found < 0:
             self._searched = len(self._held)
             return None
-        return self.take(found + len(_END))
+        return self.pop(found + len(_END))
 
-    def take(self, most: int | None) -> bytes:
-        """Take so many bytes, or what there is."""
+    def pop(self, most: int | None) -> bytes:
+        """Remove and return `most` bytes, or what there is."""
         taken = bytes(self._held[:most])
         del self._held[: len(taken)]
         self._searched = 0
@@ -75,7 +75,7 @@ class Requests:
 
 
 def read_head(head: bytes) -> Head:
-    """Read a head that ends with its empty line; whatever it holds, it costs about 20 µs."""
+    """Read a head that ends with its empty line, in about 20 µs, whatever it contains."""
     request, *lines = head.decode("utf-8", "surrogateescape").split("\r\n")
     found: dict[str, list[str]] = {name: [] for name in _WANTED}
     for line in lines:

@@ -1,8 +1,8 @@
-"""In which order strangers' requests begin: a few in each pass of the event loop, in turns.
+"""The order in which strangers' requests start: a few in each pass of the event loop.
 
-Whoever pays for a request must be able to, and those who pay take turns. So one address that asks
-without end waits behind itself, and everybody else for four requests at most. What is urgent has
-two a pass for itself, in turns as well.
+A payer needs a budget that is not used up, and payers take turns. So an address that floods waits
+behind itself, and anybody else for four requests at most. Two urgent ones start in each pass
+besides, in turns as well.
 """
 
 from __future__ import annotations
@@ -18,57 +18,57 @@ if TYPE_CHECKING:
     from wax.edge.turnstile import Turnstile
 
 _BEGIN_IN_A_PASS: Final = 4
-"""What a request costs falls into this pass and the next ones: together half a millisecond."""
+"""A request costs half a millisecond in all, spread over this pass and the next ones."""
 _URGENT_IN_A_PASS: Final = 2
 
 
 class WaitingRequest:
-    """One that waits; `leave` when its connection has gone."""
+    """A queued request; `cancel` it when its connection is lost."""
 
-    __slots__ = ("_line", "payer", "run")
+    __slots__ = ("_queue", "payer", "run")
 
-    def __init__(self, line: _Line, payer: Payer, run: Callable[[], None]) -> None:
-        self._line = line
+    def __init__(self, queue: _PayerQueue, payer: Payer, run: Callable[[], None]) -> None:
+        self._queue = queue
         self.payer = payer
         self.run = run
 
-    def leave(self) -> None:
-        self._line.leave(self)
+    def cancel(self) -> None:
+        self._queue.remove(self)
 
 
 class RequestQueue:
-    """Everything is called from the event loop."""
+    """Call everything from the event loop."""
 
     def __init__(self, turnstile: Turnstile) -> None:
         self._turnstile = turnstile
-        self._urgent = _Line(turnstile, _URGENT_IN_A_PASS)
-        self._others = _Line(turnstile, _BEGIN_IN_A_PASS)
+        self._urgent = _PayerQueue(turnstile, _URGENT_IN_A_PASS)
+        self._others = _PayerQueue(turnstile, _BEGIN_IN_A_PASS)
         self._next: asyncio.Handle | None = None
         self._next_is_soon = False
 
     def enter(
-        self, payer: Payer, run: Callable[[], None], *, ahead: bool = False
+        self, payer: Payer, run: Callable[[], None], *, urgent: bool = False
     ) -> WaitingRequest | None:
-        """Call `run` now or, where it has to wait, return what waits.
+        """Call `run` now and return None, or queue and return it.
 
-        Those `ahead` have a line of their own, which does not wait until strangers' work has time.
+        Urgent requests have a queue of their own, which goes on when strangers' time is used up.
         """
-        line = self._urgent if ahead else self._others
-        is_open = ahead or self._turnstile.is_open
-        waiting = line.enter(payer, run, is_open=is_open)
-        self._come_back(0.0)
+        queue = self._urgent if urgent else self._others
+        is_open = urgent or self._turnstile.is_open
+        waiting = queue.enter(payer, run, is_open=is_open)
+        self._plan(0.0)
         return waiting
 
-    def _go_on(self) -> None:
+    def _start_due(self) -> None:
         self._next, self._next_is_soon = None, False
         self._urgent.begun = self._others.begun = 0
-        wait_s = self._urgent.go_on(lambda: True)
-        wait_s = min(wait_s, self._others.go_on(lambda: self._turnstile.is_open))
+        wait_s = self._urgent.start_due(lambda: True)
+        wait_s = min(wait_s, self._others.start_due(lambda: self._turnstile.is_open))
         if wait_s < float("inf"):
-            self._come_back(wait_s)
+            self._plan(wait_s)
 
-    def _come_back(self, wait_s: float) -> None:
-        """Go on after this time, or in the next pass; what is planned for earlier stays."""
+    def _plan(self, wait_s: float) -> None:
+        """Plan the next start, after this time or in the next pass; an earlier plan stays."""
         if self._next is not None:
             if self._next_is_soon or wait_s > 0:
                 return
@@ -76,13 +76,13 @@ class RequestQueue:
         loop = asyncio.get_running_loop()
         self._next_is_soon = wait_s <= 0
         if self._next_is_soon:
-            self._next = loop.call_soon(self._go_on)
+            self._next = loop.call_soon(self._start_due)
         else:
-            self._next = loop.call_later(wait_s, self._go_on)
+            self._next = loop.call_later(wait_s, self._start_due)
 
 
-class _Line:
-    """Those who wait, by who pays, and how many have begun in this pass; `most` may."""
+class _PayerQueue:
+    """Waiting requests by payer, and how many have begun in this pass, at most `most`."""
 
     def __init__(self, turnstile: Turnstile, most: int) -> None:
         self._turnstile = turnstile
@@ -102,16 +102,16 @@ class _Line:
         self._waiting.setdefault(payer, deque()).append(waiting)
         return waiting
 
-    def leave(self, waiting: WaitingRequest) -> None:
-        """Forget one that waits; nothing happens if it does not, any more."""
+    def remove(self, waiting: WaitingRequest) -> None:
+        """Remove a request that still waits; does nothing for any other."""
         others = self._waiting.get(waiting.payer, deque())
         if waiting in others:
             others.remove(waiting)
             if not others:
                 del self._waiting[waiting.payer]
 
-    def go_on(self, is_open: Callable[[], bool]) -> float:
-        """Begin what may; return how long those who are left wait, infinity if there are none."""
+    def start_due(self, is_open: Callable[[], bool]) -> float:
+        """Start what may start; return how long the rest must wait, infinity if none is left."""
         wait_s = float("inf")
         for payer in list(self._waiting):
             if self.begun >= self._most or not is_open():

@@ -1,4 +1,4 @@
-"""The HTTP routes: how often each may be asked, and how often a wrong secret may be tried."""
+"""The HTTP routes, with the rate limits of each and of wrong secrets."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from wax.sentence import Sentence, says
 from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.branding import PICTURE_PATH, STYLE_PATH
-from wax.web.built_page import BuiltPage, keeps
+from wax.web.built_page import BuiltPage, cache_headers
 from wax.web.oembed import OEMBED_PATH, VIEW
 from wax.web.page_urls import is_loopback
 from wax.web.request_budgets import HOST
@@ -67,39 +67,39 @@ _LOG = structlog.get_logger(__name__)
 
 MAX_BODY_BYTES: Final = 65_536
 _SMALL_BYTES: Final = 2048
-"""For every body but an offer."""
+"""The limit of every body but an offer's."""
 _GZIP: Final = 16
 """Added to zlib's number for the window, it means gzip."""
 
 _OFFERS_BURST_S: Final = 20
 """A class behind one router connects at once, and each answer takes 10 ms of CPU."""
 _ASKS_PER_OFFER: Final = 10
-"""What watching elsewhere and waiting costs is a tenth of an answer's CPU at most; a page that
-watches asks every four minutes, one that waits each five seconds."""
+"""A request for a seat or the queue costs at most a tenth of an answer's CPU; a page that watches
+in a LiveKit room sends one every four minutes, one that waits every five seconds."""
 _OWN_HZ: Final = 1.0
 _OWN_BURST: Final = 10
-"""For somebody in the room: as often as a page comes back that has lost its connection."""
-_KNOCKS_HZ: Final = 0.2
-_KNOCKS_BURST: Final = 10
-"""Per address: vain tries of a secret or an invitation, which nobody could guess anyway."""
+"""For somebody in the room: as often as a page reconnects after losing its connection."""
+_FAILURES_HZ: Final = 0.2
+_FAILURES_BURST: Final = 10
+"""Per address: failed tries of a secret or an invitation, which nobody could guess anyway."""
 _MAX_ADDRESSES: Final = 1024
 _ASSET: Final = "/{path:.+}"
 _EMBED: Final = "/api/embed"
 _STOP: Final = "POST /api/stop"
 _URGENT: Final = frozenset({_STOP, "POST /api/release"})
-"""Of whoever may: it passes the requests of others."""
+"""From anybody with the permission; they pass others' requests."""
 _VISITOR: Final = web.RequestKey("visitor", Visitor)
 _TAB: Final = "WAX-Tab"
-"""The header by which a page presses Stop whose browser allows no cookie."""
+"""The header that lets a page press Stop if its browser allows no cookie."""
 
 PAGE: Final = Path(__file__).parent / "dist"
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
-"""A tab tells itself from the others of its browser by this secret, which alone admits nobody; a
-page that shows no cookie is known by it: to watch in another site's frame, or to press Stop."""
+"""A secret that tells a tab from its browser's others; alone, it admits nobody. It identifies a
+page without a cookie, to watch in another site's frame or to press Stop."""
 
 
 class _Asked(BaseModel):
-    """A body of JSON, of so many bytes at most."""
+    """A JSON body of at most `most_bytes`."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
     most_bytes: ClassVar[int] = _SMALL_BYTES
@@ -109,7 +109,7 @@ _Body = TypeVar("_Body", bound=_Asked)
 
 
 class OfferBody(_Asked):
-    """A page's session description, and which of a browser's tabs it is."""
+    """A page's session description, and its tab."""
 
     most_bytes = MAX_BODY_BYTES
     sdp: Annotated[str, Field(min_length=1, max_length=MAX_SDP_CHARS)]
@@ -129,9 +129,9 @@ class EntryBody(_Asked):
 
 
 class Queue(_Asked):
-    """What a page asks for that watches in a room: a place, none any more, or just to keep it.
+    """What a page in a LiveKit room wants: to join the queue, leave it, or keep its place.
 
-    `name` is cut by the server, as in the message of that name.
+    The server cuts `name`, as in the message of that name.
     """
 
     client: Client
@@ -140,21 +140,21 @@ class Queue(_Asked):
 
 
 class SeatBody(_Asked):
-    """The tab that watches in a room and wants to go on, or to begin; or `leaves`."""
+    """A tab that wants to watch in a LiveKit room, or to go on there; or that `leaves`."""
 
     client: Client
     leaves: bool = False
 
 
 class StopPress(_Asked):
-    """The tab in which somebody presses Stop, if the request names one; as `messages.Stop`."""
+    """A press of Stop, and its tab if the request names one; as `messages.Stop`."""
 
     client: Client | None = None
     press: Counter | None = None
 
 
 class StopRelease(_Asked):
-    """Which stop to release, and in which tab."""
+    """Which stop to release, and the tab that does."""
 
     client: Client | None = None
     stop: Counter
@@ -167,9 +167,9 @@ class Lifted(_Asked):
 
 
 class Routes:
-    """Answers HTTP; `status` makes the status page's JSON, `missing` tells what is not ready.
+    """Answers HTTP; `status` returns the status page's JSON, `missing` what is not ready.
 
-    `calendar` is that of the opening hours, None where the robot is always open.
+    `calendar` has the opening hours, and is None if the robot is always open.
     """
 
     def __init__(
@@ -200,7 +200,9 @@ class Routes:
             rate_hz=asks_hz, burst=ceil(asks_hz * _OFFERS_BURST_S), most=_MAX_ADDRESSES
         )
         self._own = TokenBuckets(rate_hz=_OWN_HZ, burst=_OWN_BURST, most=_MAX_ADDRESSES)
-        self._knocks = TokenBuckets(rate_hz=_KNOCKS_HZ, burst=_KNOCKS_BURST, most=_MAX_ADDRESSES)
+        self._failures = TokenBuckets(
+            rate_hz=_FAILURES_HZ, burst=_FAILURES_BURST, most=_MAX_ADDRESSES
+        )
         self._warned: set[str] = set()
         self._proof_runner = proving
         self._ice = ice
@@ -260,9 +262,9 @@ class Routes:
         return await self._built.asset(request, request.match_info["path"], sent)
 
     async def style(self, request: web.Request) -> web.Response:
-        """Answer with the host's colours; with none, the page keeps its own."""
+        """Answer with the host's colours; without any, the page keeps its own."""
         own = self._branding
-        headers = keeps(request, own.style_digest)
+        headers = cache_headers(request, own.style_digest)
         return web.Response(text=own.style, content_type="text/css", headers=headers)
 
     async def preview(self, request: web.Request) -> web.StreamResponse:
@@ -279,7 +281,7 @@ class Routes:
         return web.json_response({"ok": True, "run": self._run})
 
     async def readiness(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
-        # The parts only: why is the host's business, who finds it in the status.
+        # The parts only: the reasons are for the host, in the status.
         missing = sorted(self._missing())
         answer = {"ready": not missing, "reasons": missing}
         return web.json_response(answer, status=503 if missing else 200)
@@ -287,24 +289,24 @@ class Routes:
     async def status(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response(self._status())
 
-    async def ice(self, request: web.Request) -> web.Response:  # aiohttp's form
-        self._access.admit(request[_VISITOR])  # a relay costs, and is for viewers only
+    async def ice(self, request: web.Request) -> web.Response:
+        self._access.admit(request[_VISITOR])  # a relay costs traffic: it is for viewers only
         told = self._ice.page(secrets.token_hex(4), self._clock.wall_ms() / 1000)
         return web.json_response(told)
 
     async def become_host(self, request: web.Request) -> web.Response:
         secret = (await _body(request, HostLink)).secret
-        with self._knocking(request):
+        with self._limiting_failures(request):
             cookie = self._access.become_host(secret)
         response = web.json_response({"ok": True})
-        cookies.give_host(response, cookie, self._guards.seen(request).scheme)
+        cookies.set_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
         return response
 
     async def enter(self, request: web.Request) -> web.Response:
         token = (await _body(request, EntryBody)).token
-        response, identity = self._somebody(request)
-        with self._knocking(request):
+        response, identity = self._identified(request)
+        with self._limiting_failures(request):
             invitation = self._access.enter(token, identity)
         response.text = json.dumps({"purpose": invitation.purpose})
         return response
@@ -313,7 +315,7 @@ class Routes:
         visitor = request[_VISITOR]
         self._limit(request, self._offers)
         offer = await _body(request, OfferBody)
-        response, identity = self._somebody(request)
+        response, identity = self._identified(request)
         visitor = replace(visitor, identity=identity)
         try:
             answer = await self._room.answer(visitor, offer.client, offer.sdp)
@@ -321,7 +323,7 @@ class Routes:
             seat = self._room.rooms.instead(visitor, offer.client, error)
             response.text = seat.model_dump_json()
             return response
-        # To the host the page says more of why nothing comes, before there is a connection.
+        # The host's page says more about why a connection fails.
         response.text = json.dumps({"sdp": answer} | ({"host": True} if visitor.is_host else {}))
         response.enable_compression()
         if visitor.is_host:
@@ -329,9 +331,9 @@ class Routes:
         return response
 
     async def embed(self, request: web.Request) -> web.Response:
-        """Answer a page in another site's frame: whoever its browser is, it watches only.
+        """Answer a page in another site's frame, which may only watch, whoever's browser it is.
 
-        What it is known by is its own secret, in no cookie; of that no more than a hash is kept.
+        It is identified by a secret of its own, not by a cookie; only a hash of it is kept.
         """
         self._limit(request, self._offers)
         offer = await _body(request, OfferBody)
@@ -345,7 +347,7 @@ class Routes:
     async def queue(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
         queue = await _body(request, Queue)
-        response, identity = self._somebody(request)
+        response, identity = self._identified(request)
         visitor = replace(request[_VISITOR], identity=identity)
         line = self._room.rooms.queue(visitor, queue.client, queue.wants, queue.name)
         response.text = line.model_dump_json()
@@ -354,7 +356,7 @@ class Routes:
     async def seat(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
         seat = await _body(request, SeatBody)
-        response, identity = self._somebody(request)
+        response, identity = self._identified(request)
         visitor = replace(request[_VISITOR], identity=identity)
         if seat.leaves:
             self._room.rooms.leave(visitor, seat.client)
@@ -385,11 +387,11 @@ class Routes:
         headers = {"Content-Security-Policy": policy_of_document(text)}
         return web.Response(text=text, content_type="text/html", headers=headers)
 
-    # --- who asks ----------------------------------------------------------------------------
+    # --- identity and rate limits ------------------------------------------------------------
 
     @property
     def _permission(self) -> Middleware:
-        """Ask the table, for every route."""
+        """Check every route against the permission table."""
 
         @web.middleware
         async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -410,9 +412,9 @@ class Routes:
         return check
 
     def who(self, shown: Shown, address: str, route: str) -> tuple[str, bool] | None:
-        """Return who shows this, by name, and whether what they ask for is urgent.
+        """Return who sends these cookies, by name, and whether their request is urgent.
 
-        None of who is not in the room.
+        None for anybody outside the room.
         """
         visitor = self._access.visitor(shown, address)
         if visitor.is_host:
@@ -426,17 +428,17 @@ class Routes:
         headers = request.headers.getall("Cookie", ())
         return cookies.shown(headers, self._guards.seen(request).scheme)
 
-    def _somebody(self, request: web.Request) -> tuple[web.Response, str]:
-        """Return a response that gives a browser an identity if it shows none, and the identity."""
+    def _identified(self, request: web.Request) -> tuple[web.Response, str]:
+        """Return a response that sets an identity if the request has none, and the identity."""
         response = web.json_response({})
         shown, scheme = self._shown(request), self._guards.seen(request).scheme
         known = self._access.identity_of(shown)
         if known is not None:
-            if cookies.to_rename(request.headers.getall("Cookie", ()), scheme):
-                cookies.give_identity(response, str(shown.identity), scheme)
+            if cookies.lacks_prefix(request.headers.getall("Cookie", ()), scheme):
+                cookies.set_identity(response, str(shown.identity), scheme)
             return response, known
         cookie = self._access.new_identity(bound=scheme == "https")
-        cookies.give_identity(response, cookie, scheme)
+        cookies.set_identity(response, cookie, scheme)
         made = self._access.identity_of(Shown(cookie))
         assert made is not None
         return response, made
@@ -444,13 +446,13 @@ class Routes:
     def _renew(self, request: web.Request, response: web.Response) -> None:
         cookie = self._access.renew_cookie(self._shown(request))
         if cookie is not None:
-            cookies.give_host(response, cookie, self._guards.seen(request).scheme)
+            cookies.set_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
 
     def _limit(self, request: web.Request, buckets: TokenBuckets) -> None:
-        """Refuse whoever asks too often, before a body is read: an address, or somebody known.
+        """Refuse an address or a known person over the rate limit, before the body is read.
 
-        Whoever is in the room has a bucket of their own, which no neighbour can empty.
+        Everybody in the room has a bucket of their own, which no neighbour can empty.
         """
         visitor = request[_VISITOR]
         if visitor.is_host:
@@ -462,12 +464,12 @@ class Routes:
             raise TooOftenError(Sentence("door.too_often"), retry_after_s=self._again_s)
 
     @contextmanager
-    def _knocking(self, request: web.Request) -> Iterator[None]:
-        """Count tries that fail: whoever has the right key gets in, whatever neighbours try."""
+    def _limiting_failures(self, request: web.Request) -> Iterator[None]:
+        """Limit failed tries only: the right secret works, whatever neighbours try."""
         try:
             yield
         except ForbiddenError:
-            if not self._knocks.take(self._guards.sender(request), self._clock.now_s()):
+            if not self._failures.take(self._guards.sender(request), self._clock.now_s()):
                 raise TooOftenError(Sentence("door.too_many_tries")) from None
             raise
 
@@ -497,13 +499,13 @@ async def _body(request: web.Request, model: type[_Body]) -> _Body:
 
 
 def parsed(data: bytes, model: type[_Body], *, is_packed: bool) -> _Body:
-    """Return what a whole body says; raises `ProtocolError`."""
+    """Return a complete body as its model; raises `ProtocolError`."""
     data = _unpacked(data, model.most_bytes) if is_packed else data
     return foreign_json.read(data, model.most_bytes, model.model_validate_json)
 
 
 def _unpacked(data: bytes, most: int) -> bytes:
-    """Return a body that came in gzip, which may be no longer than one that did not."""
+    """Return a gzip body unpacked; it may be no longer than one sent without gzip."""
     unpacking = zlib.decompressobj(wbits=zlib.MAX_WBITS | _GZIP)
     try:
         unpacked = unpacking.decompress(data, most)
@@ -547,7 +549,7 @@ def _refuse(
     sentence: Sentence,
     more: Mapping[str, object] | None = None,
 ) -> web.Response:
-    """Say why, in English for whoever is no page: in a page to a browser's user, else in JSON."""
+    """Return the reason, in English: as a page for a browser's user, else as JSON with its code."""
     if "text/html" in request.headers.get("Accept", ""):
         text = (
             '<!doctype html><html lang="en"><meta name="viewport" content="width=device-width">'

@@ -1,4 +1,4 @@
-"""Print what the page is made from: the JSON Schema of every message, constants, and the sentences.
+"""Print what the page is built from: the JSON Schema of every message, constants and sentences.
 
 ``python -m wax.web.schema`` needs only pydantic: the page is built before WAX is installed.
 """
@@ -30,14 +30,14 @@ _CHANNELS: Final[dict[str, JsonSchemaMode]] = {
 """What the page sends is described for validation, what it receives for serialisation."""
 
 _REPLAYED: Final = (tape_events.TapeListing, tape_events.TapeContent)
-"""What the page of `wax replay` gets; not messages, so only in ``$defs``."""
+"""What `wax replay` sends its page; not messages, so only in ``$defs``."""
 
 _CONSTANTS: Final = ("MAX_NAME_CHARS", "DRIVE_COLUMNS")
 """Constants of the protocol that the page needs."""
 
 
 class _ForThePage(GenerateJsonSchema):
-    """The schema in the form that a generator of types needs."""
+    """The schema in the form that the type generator needs."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002  # pydantic's form
         """Leave titles out: each would become a separate type."""
@@ -53,15 +53,15 @@ class _ForThePage(GenerateJsonSchema):
 def schema() -> dict[str, Any]:
     """Return one schema: a property for each channel and direction, the messages in ``$defs``.
 
-    Not part of JSON Schema are its ``constants``, values of `messages` that the page needs too, and
-    ``sentences``, what the server says in English by its code.
+    Beyond JSON Schema it has ``constants``, values of `messages` that the page needs, too, and
+    ``sentences``, the server's English texts by their codes.
     """
     adapters = [
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
     ]
     adapters += [(one.__name__, "serialization", TypeAdapter[Any](one)) for one in _REPLAYED]
     unions, shared = TypeAdapter.json_schemas(adapters, schema_generator=_ForThePage)
-    # The one message of which parts may be absent.
+    # The only message whose parts may be absent.
     change = shared["$defs"]["RoomChange"]
     change["required"] = [name for name in change["required"] if name not in room_change.PARTS]
     for name in room_change.PARTS:
@@ -80,7 +80,7 @@ def schema() -> dict[str, Any]:
 
 
 def _describe(definitions: dict[str, Any]) -> None:
-    """Tell what is said of fields; the server itself need not read its source for that."""
+    """Add the fields' docstrings as descriptions; the server itself need not read its source."""
     for module in (messages, tape_events):
         for model in ast.parse(inspect.getsource(module)).body:
             if not isinstance(model, ast.ClassDef) or model.name not in definitions:

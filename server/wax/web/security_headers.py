@@ -1,4 +1,4 @@
-"""What browsers are told not to allow, with every answer."""
+"""The headers of every answer that restrict what browsers allow."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ _ALWAYS: Final = {
 }
 
 UNDER_HTTPS: Final = {"Strict-Transport-Security": "max-age=31536000"}
-"""Not for sub-domains: they may be other people's."""
+"""Without subdomains: they may be other people's."""
 
 
-def always(room_urls: Iterable[str] = ()) -> Mapping[str, str]:
-    """Return what goes with each answer; the page may connect to these addresses, too.
+def base_headers(room_urls: Iterable[str] = ()) -> Mapping[str, str]:
+    """Return the headers of each answer; the page may also connect to `room_urls`.
 
-    They are WebSockets' (``wss://…``), and what answers there by HTTP is meant as well.
-    ``frame-ancestors`` is last: `Guards.frame_policy` adds to it.
+    These are WebSocket URLs (``wss://…``), and allow HTTP at the same host as well.
+    ``frame-ancestors`` is last: `Guards.frame_policy` appends to it.
     """
     origins = [f"{parts.scheme}://{parts.netloc}" for parts in map(urlsplit, room_urls)]
     both = [one for url in origins for one in (url, url.replace("ws", "http", 1))]
@@ -64,7 +64,7 @@ def always(room_urls: Iterable[str] = ()) -> Mapping[str, str]:
 
 
 def policy_of_document(html: str) -> str:
-    """Return the policy of a single file with its styles inside: these, by their hashes, only."""
+    """Return the policy of a single file: it allows only its inline styles, by their hashes."""
     hashes = [
         base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
         for style in _STYLE.findall(html)

@@ -1,4 +1,4 @@
-"""Who sent a request, and how their browser sees us; of proxies only trusted ones are believed."""
+"""Who sent a request, and how they address us; only trusted proxies are believed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 _SCHEMES: Final = {"http": "http", "https": "https", "ws": "http", "wss": "https"}
-"""What proxies say, and what a browser has in the origin of the page that asks."""
+"""The schemes that proxies report, and those in the origin that a browser sends."""
 _FOR: Final = re.compile(r'(?i)\bfor="?([^",;]*)')
 _TWO_SENDERS: Final = Sentence("request.two_senders")
 
@@ -29,7 +29,7 @@ class Seen:
     """A request as its sender sees it.
 
     `sender` is an IPv4 address or an IPv6 /64 prefix, for limits, empty if there is none; `host` is
-    what the browser has as host and port, unchecked, empty if it says nothing.
+    the browser's host and port, unchecked, empty if it sends none.
     """
 
     sender: str
@@ -79,17 +79,17 @@ class Proxies:
         return claims[0] if claims else direct
 
     def direct(self, request: web.Request) -> Seen:
-        """Return a request as if whoever is at the other end of the connection had sent it."""
+        """Return a request as if the other end of the connection had sent it itself."""
         host = ",".join(request.headers.getall("Host", ()))
-        return Seen(limited(request.remote or ""), request.scheme, host)
+        return Seen(limit_key(request.remote or ""), request.scheme, host)
 
     def sender(self, remote: str, x_forwarded_for: Sequence[str], forwarded: Sequence[str]) -> str:
-        """Return for whom a head comes, as `seen` does where that is clear; the proxy where not."""
+        """Return a head's sender: as `seen` does if that is clear, otherwise the proxy."""
         address = parsed(remote)
         if address is None or not self._trusts(address):
-            return limited(remote)
+            return limit_key(remote)
         entries = _split(x_forwarded_for) or _FOR.findall(",".join(forwarded))
-        return _limited(self._walk(address, entries)[0])
+        return _limit_key(self._walk(address, entries)[0])
 
     def _x_forwarded(self, request: web.Request, remote: Address, direct: Seen) -> Seen | None:
         senders, schemes, hosts = (
@@ -98,8 +98,8 @@ class Proxies:
         if not senders and not schemes and not hosts:
             return None
         sender, hops = self._walk(remote, senders)
-        # Proxies that are not listed add to it, too. Whoever lies about it, about their own
-        # connection, deceives nobody but themselves; no page can make a browser do so.
+        # Unlisted proxies add to it, too. A client that lies about the scheme of its own connection
+        # deceives nobody but itself; no page can make a browser do so.
         scheme = schemes[0] if schemes else ""
         return _believed(sender, scheme, _outermost(hosts, hops), direct)
 
@@ -112,9 +112,9 @@ class Proxies:
         return _believed(sender, outermost.get("proto", ""), outermost.get("host", ""), direct)
 
     def _walk(self, remote: Address, entries: Sequence[str]) -> tuple[Address, int]:
-        """Return the last address that is none of our proxies', and how many of them passed it on.
+        """Return the last address that is not a proxy of ours, and how many of them passed it on.
 
-        What is left of it was said by the sender, who may say anything.
+        The entries to its left come from the sender, who may claim anything.
         """
         sender, hops = remote, 0
         for entry in reversed(entries):
@@ -146,14 +146,14 @@ def parsed(text: str) -> Address | None:
     return address
 
 
-def limited(text: str) -> str:
-    """Return what limits count an address as: an IPv4 address or an IPv6 /64 prefix."""
+def limit_key(text: str) -> str:
+    """Return an address as limits count it: an IPv4 address or an IPv6 /64 prefix."""
     address = parsed(text)
-    return "" if address is None else _limited(address)
+    return "" if address is None else _limit_key(address)
 
 
 def is_same_site(request: web.Request) -> bool:
-    """Whether a browser says that our own page asks, or nothing about it (Fetch Metadata)."""
+    """Whether the browser says that our own page asks, or says nothing (Fetch Metadata)."""
     sites = request.headers.getall("Sec-Fetch-Site", ())
     return all(site in ("same-origin", "none") for site in sites)
 
@@ -161,15 +161,16 @@ def is_same_site(request: web.Request) -> bool:
 def is_same_origin(request: web.Request, origin: str) -> bool:
     """Whether a request comes from our own page, or from a program that is no browser.
 
-    A browser says where a page is from with everything that changes state (Fetch, 3.1; Fetch
-    Metadata). A program could claim anything, but has no cookie that somebody else was given.
+    Browsers send a page's origin with everything that changes state (Fetch, 3.1; Fetch Metadata).
+    A program could claim any origin, but it has nobody else's cookie.
     """
     origins = request.headers.getall("Origin", ())
     return is_same_site(request) and all(one.lower() == origin for one in origins)
 
 
 def _believed(sender: Address, scheme: str, host: str, direct: Seen) -> Seen:
-    return Seen(_limited(sender), _SCHEMES.get(scheme.lower(), direct.scheme), host or direct.host)
+    seen_scheme = _SCHEMES.get(scheme.lower(), direct.scheme)
+    return Seen(_limit_key(sender), seen_scheme, host or direct.host)
 
 
 def _values(request: web.Request, name: str) -> list[str]:
@@ -182,11 +183,11 @@ def _split(values: Sequence[str]) -> list[str]:
 
 
 def _outermost(values: Sequence[str], hops: int) -> str:
-    """Return what the outermost trusted proxy said: they append, or replace what there is."""
+    """Return the outermost trusted proxy's value: proxies append theirs, or replace the list."""
     return values[-min(hops, len(values))] if values else ""
 
 
-def _limited(address: Address) -> str:
+def _limit_key(address: Address) -> str:
     # One household or office has at least a /64 (RFC 6177).
     if address.version == 4:
         return str(address)

@@ -1,4 +1,4 @@
-"""Log lines that strangers cause: a few a minute, whatever they do."""
+"""Rate-limits the log lines that strangers cause: a few a minute, whatever they do."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SparseLog:
         self._left_out = 0
 
     def info(self, event: str, **values: Any) -> None:
-        """Log one line; texts are shortened, and what is no printable character is escaped."""
+        """Log one line; texts are shortened, and escaped unless they are printable ASCII."""
         if not self._bucket.take(self._clock.now_s()):
             self._left_out += 1
             return

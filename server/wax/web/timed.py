@@ -1,4 +1,4 @@
-"""Run a coroutine step by step: each has its turn, and is charged without what it waits for."""
+"""Run a coroutine step by step: each step waits for its turn, and only its own time is charged."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def timed(
     charge: Callable[[float], None],
     enter: Callable[[], Coroutine[Any, Any, None]],
 ) -> Generator[Any, Any, _T]:
-    """Run `inner`; each step waits for `enter`.
+    """Run `inner`; each step awaits `enter` first.
 
-    `charge` is called after each step with its beginning, by `thread_time`.
+    `charge` is called after each step with the `time.thread_time()` at which it began.
     """
     value: Any = None
     error: BaseException | None = None
@@ -40,5 +40,5 @@ def timed(
         value = error = None
         try:
             value = yield waits_for
-        except BaseException as raised:  # it is the inner one's
+        except BaseException as raised:  # meant for `inner`
             error = raised

@@ -1,4 +1,4 @@
-"""HTTPS: the certificate that each new connection gets, renewed without a restart."""
+"""HTTPS: the certificate of new connections, renewed without a restart."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _LOOK_S: Final = 2.0
-"""How often files are looked at for a change, at most."""
+"""The least time between two looks for changed files."""
 _RENEW_S: Final = 60.0
-"""The same for this machine's addresses and the end of our own certificate."""
+"""The same for this machine's addresses and our own certificate's expiry."""
 
 
 class Tls:
@@ -45,7 +45,7 @@ class Tls:
         return not self._settings.certificate
 
     def context(self) -> ssl.SSLContext:
-        """Return the newest context; what cannot be read leaves the one before in use."""
+        """Return the newest context; files that cannot be read leave the previous one in use."""
         now_s = self._clock.now_s()
         if now_s - self._looked_s >= _LOOK_S:
             self._looked_s = now_s
@@ -89,7 +89,7 @@ def make_tls(settings: ServerSettings, clock: Clock) -> Tls | None:
 def _lasting(addresses: set[str]) -> set[str]:
     """Leave out addresses that change every day (IPv6 privacy extensions, RFC 8981).
 
-    With each of them there would be another certificate to accept.
+    Each of them would be another certificate that people must accept.
     """
     parsed = {text: ipaddress.ip_address(text) for text in addresses}
     return {text for text, one in parsed.items() if one.version == 4 or one.is_loopback}

@@ -1,7 +1,7 @@
-"""The way from a TCP connection to HTTPS: counted from its first moment, and limited in time.
+"""TLS handshakes: their connections count from the start, and have a timeout.
 
-asyncio's own servers tell of a TLS connection only after its handshake, so that those which never
-shake hands would count nowhere. And each connection gets the certificate of its time.
+asyncio's own servers report a TLS connection only after its handshake, so those that never shake
+hands would not count. And here, each connection gets the newest certificate.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _CLOSE_S: Final = 2.0
 
 
 class TlsGate(asyncio.Protocol):
-    """Shakes hands, then makes the `Connection` and hands over."""
+    """Does the handshake, then hands over to a new `Connection`."""
 
     def __init__(
         self,
@@ -43,28 +43,28 @@ class TlsGate(asyncio.Protocol):
         self._task: asyncio.Task[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        line = cast("asyncio.Transport", transport)
-        if self._tracked not in self._limits.connections:  # it has made room already
-            line.abort()
-            break_circle(line)
+        tcp = cast("asyncio.Transport", transport)
+        if self._tracked not in self._limits.connections:  # already displaced
+            tcp.abort()
+            break_circle(tcp)
             return
-        self._tracked.close = line.abort
-        # Nothing of the handshake may be read before TLS is there to read it.
-        line.pause_reading()
-        self._task = asyncio.create_task(self._shake_hands(line))
+        self._tracked.close = tcp.abort
+        # The handshake must not be read before TLS is set up.
+        tcp.pause_reading()
+        self._task = asyncio.create_task(self._shake_hands(tcp))
 
     def data_received(self, data: bytes) -> None:
-        """Keep what came with the end of the handshake."""
+        """Buffer what arrives with the end of the handshake."""
         self._early += data
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  # asyncio's form
         self._lost = True
 
-    async def _shake_hands(self, line: asyncio.Transport) -> None:
+    async def _shake_hands(self, tcp: asyncio.Transport) -> None:
         handed_over = False
         try:
             secured = await asyncio.get_running_loop().start_tls(
-                line,
+                tcp,
                 self,
                 self._tls.context(),
                 server_side=True,
@@ -75,15 +75,15 @@ class TlsGate(asyncio.Protocol):
                 return
             connection = self._make()
             connection.connection_made(secured)
-            connection.line = line
+            connection.tcp_transport = tcp
             secured.set_protocol(connection)
             handed_over = True
             if self._early:
                 connection.data_received(bytes(self._early))
         except (OSError, ssl.SSLError):
-            self._limits.cut("no TLS handshake")
+            self._limits.count_cut("no TLS handshake")
         finally:
             if not handed_over:
-                line.abort()
-                break_circle(line)
+                tcp.abort()
+                break_circle(tcp)
                 self._limits.connections.leave(self._tracked)

@@ -65,7 +65,7 @@ def _hear_headers(data: bytes) -> None:
         shown = cookies.shown(lines, scheme)
         told = sum(len(cookie or "") for cookie in (shown.identity, shown.host))
         assert told <= len(text), "more than somebody sent"
-        cookies.to_rename(lines, scheme)
+        cookies.lacks_prefix(lines, scheme)
 
 
 COOKIES: Final = Target(
@@ -86,8 +86,8 @@ def _hear_heads(data: bytes) -> None:
     requests = Requests()
     requests.add(data)
     given = 0
-    while (head := requests.take_head()) is not None:
-        body = requests.take(read_head(head).body_bytes)
+    while (head := requests.pop_head()) is not None:
+        body = requests.pop(read_head(head).body_bytes)
         given += len(head) + len(body)
         _PROXIES.sender("127.0.0.1", *_forwarded(head))
     assert given + len(requests) <= len(data), "more than somebody sent"
