@@ -1,1 +1,1 @@
-"""Open to the public: strangers who attack, and networks that fail."""
+"""A server open to the public: strangers who attack, and networks that fail."""

@@ -1,8 +1,8 @@
-"""What strangers may do to the server, each by name: ``python -m e2e.strangers.attacks PORT``.
+"""The attacks of strangers on the server, by name: ``python -m e2e.strangers.attacks PORT``.
 
-For each line that it reads, the name of an attack, how many seconds it lasts and a seed of chance,
-it lets the attack's viewers in, writes an empty line when it begins, and at its end, as JSON, what
-was sent and what came back. Each is bounded: in time by that line, in rate by its own in `ATTACKS`.
+For each line that it reads, with an attack's name, its seconds and a random seed, it lets the
+attack's viewers join, writes an empty line when the attack begins and, at its end, what was sent
+and received, as JSON. The line bounds its time, and `ATTACKS` its rate.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _TAIL_S: Final = 1.0
-"""For answers that are under way when an attack ends."""
+"""For answers still under way when an attack ends."""
 _FIRST: Final = 100
-"""Number of the first address of viewers."""
+"""The number of the viewers' first address."""
 
 
 async def _mix(ground: Ground) -> None:
-    """Attack as chance will have it, three at once."""
+    """Run random attacks, three at once."""
     let_in = len(ground.intruders)
     several = [
         name
@@ -40,7 +40,7 @@ async def _mix(ground: Ground) -> None:
         if name not in (MIX, "feedback-40", "slow") and one.viewers <= let_in
     ]
 
-    async def row(own: random.Random) -> None:  # nobody else draws from it: a seed says all of it
+    async def row(own: random.Random) -> None:  # one generator each, so that a seed repeats it
         while not ground.is_over:
             name, lasts_s = own.choice(several), own.uniform(0.3, 3.0)
             some = own.sample(range(let_in), min(own.randint(1, 4), let_in))
@@ -135,7 +135,7 @@ ATTACKS: Final[dict[str, Attack]] = {
 
 
 async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intruder]:
-    """Let its viewers in, of as few addresses as may have so many; fewer where no more may come."""
+    """Let its viewers join, from as few addresses as are allowed; fewer if the server is full."""
     found: list[Intruder] = []
     for source in map(address, range(_FIRST, _FIRST + one.viewers)):
         with suppress(NoPlaceError):
@@ -146,7 +146,7 @@ async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intru
 
 
 async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, Any]:
-    """Let the viewers in, say that it begins, attack; return what it cost and what came of it."""
+    """Let the viewers join, signal the begin, and attack; return what was sent and received."""
     one = ATTACKS[name]
     async with AsyncExitStack() as leaving:
         intruders = await _let_in(port, one, leaving)
@@ -168,7 +168,7 @@ async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, A
 
 
 async def _serve(port: int) -> None:
-    os.nice(19)  # below the server, whatever it has: in life they have machines of their own
+    os.nice(19)  # below the server's priority: real attackers have machines of their own
     print(flush=True)
     while line := (await asyncio.to_thread(sys.stdin.readline)).split():
         name, seconds, seed = line

@@ -1,4 +1,4 @@
-"""Attacks by the data channel: what any page may say, by many at once and all the time."""
+"""Attacks by the data channel: messages that any page may send, from many and all the time."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ QUEUE: Final = [{"type": "join"}, {"type": "leave"}]
 
 
 async def says(ground: Ground, rate_hz: float, messages: Sequence[dict[str, Any]]) -> None:
-    """Let each viewer say these, one after the other and again, at this rate."""
+    """Let each viewer send these messages in turn, over and over, at this rate."""
     spoken = {intruder: cycle(messages) for intruder in ground.intruders}
     async for intruder in ground.turns(rate_hz):
-        with suppress(InvalidStateError):  # it was sent away
+        with suppress(InvalidStateError):  # it was disconnected
             intruder.say(**next(spoken[intruder]))
             ground.account["messages"] += 1

@@ -1,4 +1,4 @@
-"""Attacks by HTTP, from as many addresses of the loopback net as they like."""
+"""Attacks by HTTP, from any number of loopback addresses."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 PAGE: Final = wire.http("/", ("Accept-Encoding", "gzip"))
 HEALTH: Final = wire.http("/healthz")
 COOKIES: Final = wire.http("/healthz", *[("Cookie", "a a;" * 2000)] * 8)
-"""64 kB in lines as long as HTTP servers take. A lenient parser tries all that it knows on each: no
-name there is a name."""
+"""64 kB in lines as long as HTTP servers accept. No name there is valid, so a lenient parser tries
+all its rules on each."""
 CRUMBS: Final = (
     b"POST /api/enter HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n"
     + b"1\r\nx\r\n" * 10_000
 )
-"""A body that has no end, in chunks of a byte."""
+"""A body without a last chunk, in chunks of a byte."""
 KEYS: Final = wire.post("/api/host", b"{" + b",".join(b'"%x":1' % n for n in range(7000)) + b"}")
-"""As many keys as a body has room for, none of which anybody knows."""
+"""As many keys as a body has room for, all unknown."""
 _PIPELINED: Final = 20
 _WRITTEN_BYTES: Final = 262_144
 _ANSWERED_BYTES: Final = 65_536
 _AGAIN_S: Final = 0.5
-"""Until a connection that was closed or refused is tried again."""
+"""How long to wait before retrying a closed or refused connection."""
 _DRIP_S: Final = 1.0
 _HEADER: Final = b"POST /api/offer HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 _SLOW: Final = (
@@ -53,7 +53,7 @@ _SLOW: Final = (
 async def pipelined(
     ground: Ground, connections: int, addresses: int, rate_hz: float, request: bytes
 ) -> None:
-    """Keep asking on connections that stay open, several requests at once, and read each answer."""
+    """Pipeline requests on connections that stay open, and read each answer."""
     requests = max(1, min(_PIPELINED, _WRITTEN_BYTES // len(request)))
     each_s = requests * connections / rate_hz
 
@@ -81,7 +81,7 @@ async def pipelined(
 
 
 async def never_read(ground: Ground, connections: int, addresses: int) -> None:
-    """Ask for the largest file again and again, and read nothing."""
+    """Request the largest file again and again, and read nothing."""
     path = await _largest_asset(ground.port)
     request = wire.http(path) * _PIPELINED
 
@@ -97,7 +97,7 @@ async def never_read(ground: Ground, connections: int, addresses: int) -> None:
                     await asyncio.wait_for(loop.sock_connect(made, ("127.0.0.1", ground.port)), 5)
                     ground.account["connected"] += 1
                     await asyncio.wait_for(loop.sock_sendall(made, request), 5)
-                    # Until it is closed by the other end: without reading, only an error tells.
+                    # Until the server closes it, which a client that never reads must look up.
                     async for _ in ground.ticks(_AGAIN_S):
                         if _is_closed(made):
                             ground.account["closed"] += 1
@@ -109,7 +109,7 @@ async def never_read(ground: Ground, connections: int, addresses: int) -> None:
 
 
 def _is_closed(made: socket.socket) -> bool:
-    """Whether the other end has closed it, by the state that the system has (tcp(7))."""
+    """Whether the other end has closed it, by the kernel's TCP state (tcp(7))."""
     information = made.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 8)
     established = 1
     return bool(unpack("8B", information)[0] != established)
@@ -123,7 +123,7 @@ async def _largest_asset(port: int) -> str:
 
 
 async def resets(ground: Ground, rate_hz: float, addresses: int) -> None:
-    """Connect, and end it at once by a reset (socket(7), SO_LINGER)."""
+    """Connect, and reset each connection at once (socket(7), SO_LINGER)."""
     begun: deque[socket.socket] = deque()
     sources = cycle([address(number) for number in range(addresses)])
     try:
@@ -143,8 +143,8 @@ async def resets(ground: Ground, rate_hz: float, addresses: int) -> None:
 
 
 async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
-    """Say nothing, half a header, a header by drips, or a body by drips, until it is closed."""
-    one_by_one = asyncio.Lock()  # more than the system's queue holds would be half open for ever
+    """Send nothing, half a header, or a header or body by drips, until the server closes it."""
+    one_by_one = asyncio.Lock()  # beyond the kernel's backlog, they would stay half open for ever
 
     async def one(number: int) -> None:
         kind, begun, drips = _SLOW[number % len(_SLOW)]
@@ -172,7 +172,7 @@ async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
 async def offers(
     ground: Ground, rate_hz: float, sources: int, *, shaped: Callable[[str], str]
 ) -> None:
-    """Send offers that nobody follows up, each of another browser, `shaped` from a usual one."""
+    """Send offers that no connection follows, each from a new browser, `shaped` from a real one."""
     silent = Intruder(0)
     try:
         sdp = shaped(await silent.description())

@@ -1,4 +1,4 @@
-"""Attacks by UDP: with the keys of viewers who were let in, or without any."""
+"""Attacks by UDP: with the keys of admitted viewers, or without any."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from e2e.strangers.ground import Ground
 
 _FEEDBACKS: Final = 28
-"""Of 40 bytes each, in one datagram."""
+"""Feedback packets of 40 bytes in a datagram."""
 _NACKED: Final = 128
-"""Packets asked for again at once: all that a sender of media usually keeps."""
+"""Packets in one NACK: all that a media sender usually keeps for retransmission."""
 _A_MS: Final = 40
-"""Datagrams, as fast as one core sends them."""
+"""Datagrams per millisecond: as many as one core sends."""
 
 
 async def rtcp(ground: Ground, rate_hz: float, packets: Callable[[Intruder], bytes]) -> None:
@@ -42,14 +42,14 @@ def wants_all_again(intruder: Intruder) -> bytes:
 
 
 async def sctp(ground: Ground, rate_hz: float, kinds: Sequence[bytes]) -> None:
-    """Send datagrams full of chunks that demand an answer each, of one kind after the other."""
+    """Send datagrams full of chunks that each demand an answer, one kind per datagram."""
     datagrams = cycle([wire.full_of(kind) for kind in kinds])
     async for intruder in ground.turns(rate_hz):
         await intruder.send_sctp(next(datagrams))
 
 
 async def authenticated(ground: Ground) -> None:
-    """Send the shortest valid RTCP as fast as one core makes it."""
+    """Send the shortest valid RTCP as fast as one core encrypts it."""
     report = wire.receiver_report(1)
     async for _ in ground.ticks(0.001):
         for intruder in ground.intruders:
@@ -58,8 +58,8 @@ async def authenticated(ground: Ground) -> None:
 
 
 async def junk(ground: Ground) -> None:
-    """Send what is nothing, of every first byte, to the port that everybody shares."""
-    # Where media go, as the answer to an offer tells anybody.
+    """Send random bytes to the port that everybody shares."""
+    # The media port, which anybody learns from the answer to an offer.
     async with Intruder(ground.port, source=address(249)) as scout:
         where = scout.media_address
     pieces = [ground.chance.randbytes(ground.chance.randint(1, 200)) for _ in range(256)]

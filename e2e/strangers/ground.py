@@ -1,4 +1,4 @@
-"""Where an attack takes place, until when, and from which addresses."""
+"""The target, end and source addresses of an attack."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Ground:
-    """Where an attack takes place, until when, and what it has cost so far."""
+    """An attack's port, viewers and end, and the counts of what it has done so far."""
 
     port: int
     intruders: Sequence[Intruder]
@@ -40,7 +40,7 @@ class Ground:
         return time.monotonic() >= self.until_s
 
     async def ticks(self, every_s: float) -> AsyncIterator[None]:
-        """Tick on time until the end; what is late is not made up for."""
+        """Tick on time until the end; late ticks are not made up for."""
         due_s = time.monotonic()
         while not self.is_over:
             yield
@@ -48,7 +48,7 @@ class Ground:
             await asyncio.sleep(max(0.0, min(due_s, self.until_s) - time.monotonic()))
 
     async def turns(self, rate_hz: float) -> AsyncIterator[Intruder]:
-        """Let each viewer have its turn at this rate, spread over the period."""
+        """Yield each viewer at this rate, evenly spread over the period."""
         intruders = cycle(self.intruders)
         async for _ in self.ticks(1 / rate_hz / len(self.intruders)):
             yield next(intruders)
@@ -56,7 +56,7 @@ class Ground:
 
 @dataclass(frozen=True, slots=True)
 class Attack:
-    """`viewers` come in before it begins; `sees` of them have a picture."""
+    """`viewers` join before it begins, with a picture if `sees`."""
 
     what: str
     work: Work
@@ -65,20 +65,20 @@ class Attack:
 
 
 async def together(works: Iterable[Awaitable[Any]]) -> None:
-    """Run all of them; what one may not do keeps none of the others."""
+    """Run all of them; one that is refused or times out stops none of the others."""
     for result in await asyncio.gather(*works, return_exceptions=True):
         if isinstance(result, BaseException) and not isinstance(result, OSError | TimeoutError):
             raise result
 
 
 def address(number: int) -> str:
-    """Return one of the loopback addresses that nothing else uses, from 0."""
+    """Return a loopback address that nothing else uses; `number` counts from 0."""
     return f"127.0.{1 + number // 250}.{2 + number % 250}"
 
 
 @asynccontextmanager
 async def strangers(module: str, *arguments: object) -> AsyncIterator[Child]:
-    """Run one of the modules of this folder; it has begun when the block begins.
+    """Run a module of this folder; it is ready when the block begins.
 
     Raises `NotRunError` where only 127.0.0.1 is the loopback, as on macOS.
     """

@@ -1,4 +1,4 @@
-"""Somebody drives, somebody watches and presses Stop, and meanwhile strangers attack."""
+"""Strangers attack while one person drives, and another watches and presses Stop."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ STOPS: Final = 6
 
 WAYS: Final = ("HTTP", "channel")
 _SPEEDS: Final = (0.15, 0.25)
-"""Shares of full speed: slower than any limit, and so close that the ramp takes two periods."""
+"""Shares of full speed: below any limit, and so close that the ramp takes two periods."""
 _PAUSE_S: Final = (0.12, 0.18)
 _QUIET_S: Final = 20.0
 _PATIENCE_S: Final = 15.0
@@ -61,18 +61,18 @@ NEWCOMER: Final = address(240)
 _NEWCOMER_S: Final = 0.25
 _SERVED_S: Final = 3.0
 _SILENT_S: Final = 0.1
-"""Commands are due each 20 ms, and after 150 the robot stops."""
+"""Commands are due every 20 ms; after 150 ms without one the robot stops."""
 _STEPS: Final = 5
 _SHORTEST_S: Final = 11.0
-"""How long the slow ones must last so that the last of them can be closed."""
+"""How long the attack by slow connections must last until the server can close the last."""
 
 AS_SHIPPED: Final = replace(DEFAULT, observers=0)
 
 
 def public_robot() -> tuple[Mapping[str, Any], Load]:
-    """Return `config/public-robot.toml` with the card for a camera, and what it then serves."""
+    """Return `config/public-robot.toml`, with a test card as its camera, and the load on it."""
     tree = tomllib.loads((ROOT / "config/public-robot.toml").read_text(encoding="utf-8"))
-    # Its robot is the stage's board; whoever joins here drives until the end, and at once.
+    # The stage's board replaces its robot; here the first who joins drives at once, to the end.
     del tree["robot"]["driver"], tree["robot"]["serial"]["url"]
     tree["turns"] = {"max_waiting_per_address": tree["turns"]["max_waiting_per_address"]}
     media = {"video": tree.pop("video") | {"source": "testcard"}, "audio": tree.pop("audio")}
@@ -81,7 +81,7 @@ def public_robot() -> tuple[Mapping[str, Any], Load]:
 
 @dataclass(slots=True)
 class Seen:
-    """What was seen of the robot and its server for a while; None is what never came."""
+    """What a look at the robot and its server showed; None for what never came."""
 
     since_s: float
     until_s: float = 0.0
@@ -90,22 +90,22 @@ class Seen:
     stands: int = 0
     """How often the robot stopped by itself."""
     reasons: Sequence[str] = ()
-    """What the operator's page was told meanwhile of why it stands or is slower."""
+    """The reasons, told to the operator's page, for standing still or driving slower."""
     unserved: int = 0
-    """Newcomers who were not answered."""
+    """The number of newcomers who got no answer."""
     more_mib: float = 0.0
     stops_ms: Sequence[float | None] = ()
     host_s: float | None = None
-    """How long the host took to get in meanwhile."""
+    """How long the host took to join during the attack."""
     guest_s: float | None = None
-    """The same of a guest afterwards."""
+    """How long a guest took to join after it."""
     account: Mapping[str, Any] = field(default_factory=dict)
     steps: Sequence[Step] = ()
-    """The long ones of the event loop, where the server logs them."""
+    """The event loop's long steps, if the server logs them."""
 
     @property
     def harm(self) -> list[str]:
-        """Say what none of them may do, however short the look."""
+        """What no attack may cause, however short the look."""
         wrong = {
             f"the robot stopped {self.stands} times": self.stands > 0,
             f"{self.unserved} newcomers were not served": self.unserved > 0,
@@ -116,7 +116,7 @@ class Seen:
 
 
 class Watch:
-    """Steers, presses Stop and looks at the robot; as an async context manager."""
+    """An async context manager that steers, presses Stop and observes the robot."""
 
     def __init__(self, stage: Stage, operator: RawOperator, observer: RawOperator) -> None:
         self.stage = stage
@@ -142,7 +142,7 @@ class Watch:
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
     async def look(self, seconds: float) -> Seen:
-        """Drive for so long, now faster and now slower; raises `MeasureError` if it cannot."""
+        """Drive at changing speed for `seconds`; raises `MeasureError` if that is impossible."""
         await self._steers()
         seen, frames = Seen(time.monotonic()), self._frames()
         await asyncio.sleep(seconds)
@@ -153,7 +153,7 @@ class Watch:
     async def attacked(
         self, gang: Child, name: str, seconds: float, *, stops: int, stops_s: float, seed: int = 0
     ) -> Seen:
-        """Drive for so long under an attack, then press Stop, each way in turn, for `stops_s`."""
+        """Drive for `seconds` under an attack, then press Stop, each way in turn, for `stops_s`."""
         await self._steers()
         await gang.say(f"{name} {seconds + stops_s} {seed}")
         await gang.line()  # it has begun
@@ -167,7 +167,7 @@ class Watch:
         return self.filled(seen)
 
     def filled(self, seen: Seen) -> Seen:
-        """Add what is known only once late answers have come."""
+        """Add what is known only after late answers have arrived."""
         seen.commands_ms = self._commands_ms(seen.since_s, seen.until_s)
         seen.stands = self.stands(seen.since_s, seen.until_s)
         heard = self.operator.reasons
@@ -176,10 +176,10 @@ class Watch:
         return seen
 
     def stands(self, since_s: float, until_s: float) -> int:
-        """Count how often the robot stopped: it was told to, or by its own watchdog.
+        """Count how often the robot stopped, by a frame or by its own watchdog.
 
-        What the operator's own silence explains does not count, nor that server and driver were
-        given no processor: they share this machine with the attackers.
+        Stops do not count after the operator's own silence, or while server or driver waited for a
+        processor, since they share this machine with the attackers.
         """
         record = self.stage.record
         record.read()
@@ -192,7 +192,7 @@ class Watch:
         return sum(not any(a < at_s < b + _SILENT_S for a, b in silences) for at_s in stopped_s)
 
     def socket_of(self, viewer: RawOperator) -> tuple[Any, tuple[str, int]]:
-        """Return the socket that a viewer's peer sends by, and where to."""
+        """Return the socket of a viewer's peer, and the address that it sends to."""
         association: Any = viewer.peer.sctp
         pair = association.transport.transport._connection._nominated[1]
         return pair.protocol.transport, pair.remote_addr
@@ -203,9 +203,9 @@ class Watch:
             self._steering = asyncio.create_task(self._steer())
 
     async def _steer(self) -> None:
-        """Change the speed at random phase; where the robot was stopped press again, as people do.
+        """Change the speed at a random phase; if the robot was stopped, press again, as people do.
 
-        A frame that is late stopped nothing: to let go for it would.
+        A late frame is no stop: letting go because of it would make one.
         """
         for speed in cycle(_SPEEDS):
             self.stage.record.read()
@@ -218,7 +218,7 @@ class Watch:
             await asyncio.sleep(random.uniform(*_PAUSE_S))
 
     def _commands_ms(self, since_s: float, until_s: float) -> list[float | None]:
-        """Return the ms from each change to the first frame that shows it; None where none does."""
+        """Return the ms from each change to the first frame that shows it; None if none does."""
         frames = self.stage.record.between(since_s - 1.0, until_s + _SETTLE_S)
         found: list[float | None] = []
         for changed_s in self._changed_s:
@@ -230,9 +230,9 @@ class Watch:
         return found
 
     async def stops(self, number: int, until_s: float) -> list[float | None]:
-        """Press Stop so often until then; return the ms until the robot was told.
+        """Press Stop up to `number` times before `until_s`; return the ms until each stop frame.
 
-        Where it stands already, until the operator's page was told.
+        If the robot stands already, return the ms until the operator's page was told.
         """
         await self._hold_still()
         found: list[float | None] = []
@@ -256,8 +256,8 @@ class Watch:
         if not is_told or stop is None:
             return None
         operator.let_go()
-        await asyncio.sleep(_LOOK_S)  # a board's log is behind by a frame
-        for _ in range(int(_PATIENCE_S)):  # it may be refused while it is too old
+        await asyncio.sleep(_LOOK_S)  # the board's log lags by a frame
+        for _ in range(int(_PATIENCE_S)):  # a release that comes late is refused
             operator.release(stop)
             if await operator.until(lambda: operator.stopped is None, 1.0):
                 break
@@ -283,7 +283,7 @@ class Watch:
         return self.operator.media.counts("video").frames
 
     async def _newcomers(self) -> None:
-        """Ask for a page now and then as somebody who has never been here does."""
+        """Request the page now and then, as somebody new does."""
         while True:
             began_s = time.monotonic()
             answer = await ask(
@@ -305,7 +305,7 @@ class Watch:
 
 
 def _waited_s(pid: int) -> float:
-    """Return how long a process has waited for a processor, in all; 0 for one that has ended."""
+    """Return how long a process has waited for a processor in all; 0 if it has ended."""
     with suppress(OSError):
         return int(Path(f"/proc/{pid}/schedstat").read_text(encoding="ascii").split()[1]) / 1e9
     return 0.0
@@ -314,7 +314,7 @@ def _waited_s(pid: int) -> float:
 async def hostile(
     n: float, names: Sequence[str], key: str, table: Mapping[str, Any], load: Load
 ) -> list[Row]:
-    """Let each attack last `n` seconds and six Stops; WAX_SEED repeats what chance drew.
+    """Run each attack for `n` seconds and six Stops; WAX_SEED repeats the random choices.
 
     With WAX_STEPS=1 the server logs its long steps, which costs it some percent of a core.
     """
@@ -330,7 +330,7 @@ async def hostile(
         strangers("joiner", stage.server.url, stage.server.state_folder) as joiner,
     ):
         await operator.join()
-        # What is loaded or opened for the first of each counts for no attack.
+        # What is loaded or opened for the first of each must not count for an attack.
         for who in ("host", "guest"):
             await _join(joiner, who)
         await watch.stops(len(WAYS), time.monotonic() + _PATIENCE_S)
@@ -357,7 +357,7 @@ def _wrong(seen: Seen, quiet: Seen) -> list[str]:
 
 
 def _line(name: str, seen: Seen) -> str:
-    """Say for people what was seen, times as median and longest."""
+    """Return a readable line of what was seen, with times as median/longest."""
 
     def ms(values: Iterable[float | None]) -> str:
         came = [value for value in values if value is not None]
@@ -373,7 +373,7 @@ def _line(name: str, seen: Seen) -> str:
 
 
 def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int) -> list[Row]:
-    """Judge all attacks together: what the operator has of them, Stop, and who gets in."""
+    """Judge all attacks together: their effect on the operator, on Stop, and on who joins."""
     quiet_ms = [ms for ms in quiet.commands_ms if ms is not None]
     if not quiet_ms:
         raise MeasureError(f"{key}: no command arrived before the attacks")
@@ -415,7 +415,7 @@ def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int
 
 
 async def _join(joiner: Child, who: str, *, after_s: float = 0.0) -> float | None:
-    """Let somebody come in after a while, and leave; return how many s it took."""
+    """Let somebody join after a while, and leave; return how many seconds joining took."""
     await asyncio.sleep(after_s)
     await joiner.say(who)
     took_s: float | None = json.loads(await joiner.line())["took_s"]
@@ -423,7 +423,7 @@ async def _join(joiner: Child, who: str, *, after_s: float = 0.0) -> float | Non
 
 
 async def _left(process: psutil.Process, before: int) -> int:
-    """Return how many more descriptors there are than before, once they had time to be closed."""
+    """Return how many more descriptors are open than before, after time to close them."""
     for _ in range(int(_PATIENCE_S / _LOOK_S)):
         if (left := max(int(process.num_fds()) - before, 0)) == 0:
             break

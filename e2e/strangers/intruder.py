@@ -1,4 +1,4 @@
-"""A hostile viewer: our own client comes in and stays, and what it sends beside is written here."""
+"""A hostile viewer: our own client joins and stays, and attacks with what is written here."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _TRIES: Final = 60
 
 
 class NoPlaceError(ConnectionError):
-    """An address has all the places that it may have, or the server serves nobody else."""
+    """An address has used up its places, or the server is full."""
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a server said to a request; 0 where it closed the connection instead."""
+    """A server's answer to a request; status 0 if it closed the connection instead."""
 
     status: int
     body: bytes = b""
@@ -49,7 +49,7 @@ async def ask(
     body: Mapping[str, Any] | None = None,
     within_s: float = _ANSWER_S,
 ) -> Answer:
-    """Ask over a connection of its own from an address of the loopback net."""
+    """Send a request over a new connection from a loopback address."""
     connector = aiohttp.TCPConnector(local_addr=(source, 0), force_close=True)
     patience = aiohttp.ClientTimeout(within_s)
     try:
@@ -63,9 +63,9 @@ async def ask(
 
 
 class Intruder(Client):
-    """`counts` are datagrams and bytes of its socket.
+    """`counts` are datagrams and bytes of its socket, by kind.
 
-    What was sent, and what came: media, media sent again (RFC 4588), and the rest.
+    Kinds are sent ones, and received media, retransmitted media (RFC 4588), and the rest.
     """
 
     def __init__(self, port: int, *, source: str = "127.0.0.1", sees: bool = False) -> None:
@@ -75,7 +75,7 @@ class Intruder(Client):
         self.source = source
         self.counts: Counter[str] = Counter()
         self.sequence_numbers: dict[int, int] = {}
-        """The newest of each SSRC."""
+        """The newest RTP sequence number of each SSRC."""
         self._again: frozenset[int] = frozenset()
 
     async def description(self) -> str:
@@ -85,7 +85,7 @@ class Intruder(Client):
         return as_browser(self.peer.localDescription.sdp)
 
     async def send_rtcp(self, packets: bytes) -> None:
-        """Send RTCP, protected as the two ends have agreed."""
+        """Send RTCP, encrypted with the session's keys."""
         with suppress(ConnectionError):
             await self._dtls._send_rtp(packets)
 
@@ -97,7 +97,7 @@ class Intruder(Client):
 
     @property
     def media_address(self) -> tuple[str, int]:
-        """Where this viewer sends to: the port that everybody shares."""
+        """The address that this viewer sends to: the port that all share."""
         host, port = self._dtls.transport._connection._nominated[1].remote_addr
         return str(host), int(port)
 
@@ -111,7 +111,7 @@ class Intruder(Client):
         return association.transport
 
     async def _exchange(self, offer: str) -> str:
-        """Offer until it is let in; raises `NoPlaceError`, or `ConnectionError` if refused."""
+        """Offer until it is admitted; raises `NoPlaceError`, or `ConnectionError` if refused."""
         for _ in range(_TRIES):
             sent = {"sdp": await self.description(), "client": self.client_id}
             answer = await ask(self.port, "POST", "/api/offer", source=self.source, body=sent)
@@ -127,7 +127,7 @@ class Intruder(Client):
         return sdp
 
     def _tap(self, protocol: Any) -> None:
-        """Count at one socket; ICE, DTLS and media go on, for it wants to stay."""
+        """Count the datagrams of one socket; ICE, DTLS and media go on, so that it stays."""
         came, sends = protocol.datagram_received, protocol.transport.sendto
 
         def received(datagram: bytes, address: Any) -> None:

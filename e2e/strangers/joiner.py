@@ -1,8 +1,8 @@
 """Joins in a process of its own, so that its work disturbs no measuring client.
 
 ``python -m e2e.strangers.joiner URL STATE``, with the server's state folder: for each line that it
-reads, ``host`` or ``guest``, it joins, leaves, and writes how long it took until everything was
-open, in seconds, or why it did not.
+reads, ``host`` or ``guest``, it joins, leaves, and writes after how many seconds everything was
+open, or why it failed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ async def _join(url: str, cookies: aiohttp.CookieJar | None) -> str:
 
 
 async def _serve(url: str, state: Path) -> None:
-    host = aiohttp.CookieJar(unsafe=True)  # the server is an address
+    host = aiohttp.CookieJar(unsafe=True)  # the server has no name, only an address
     async with aiohttp.ClientSession(cookie_jar=host) as http:
         await become_host(http, url, state)
     print(flush=True)

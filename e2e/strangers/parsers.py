@@ -1,4 +1,4 @@
-"""Bytes that a parser neither understands nor refuses, searched for by coverage (`tests/fuzz`)."""
+"""A coverage-guided search for bytes that a parser neither parses nor refuses (`tests/fuzz`)."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _TRACE_LINES: Final = 12
 
 
 def parsers(n: int) -> list[Row]:
-    """Try `n` inputs for each parser, as many parsers at once as there are cores."""
+    """Try `n` inputs on each parser, with as many parsers at once as there are cores."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         found = list(pool.map(partial(search, inputs=n), TARGETS.values()))
     return [_judged("parsers", f"{len(found)} parsers", found, n)]
 
 
 def parser(target: Target, n: int) -> list[Row]:
-    """Try `n` inputs for one, or as many as there are in 20 minutes."""
+    """Try `n` inputs on one parser, or as many as 20 minutes allow."""
     return [_judged(f"fuzz-{target.name}", target.what, [search(target, n)], n)]
 
 

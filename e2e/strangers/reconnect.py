@@ -1,8 +1,8 @@
-"""How soon picture and sound are back once the link is, in the same turn, with the robot still.
+"""How soon picture and sound are back after the link is, in the same turn, with the robot still.
 
-The ways to lose the link: every packet is lost for five seconds and no event tells of it, and the
-browser's machine gets another address, at once or after some time without any, as a phone does that
-leaves the house. A key is held all the time, and the page may use the microphone for good.
+The link is lost in two ways: every packet is dropped for five seconds, without any event; or the
+browser's machine gets another address, at once or after some time without any, as a phone does when
+it leaves the house. A key is held all the time, and the page may always use the microphone.
 """
 
 from __future__ import annotations
@@ -47,22 +47,22 @@ if TYPE_CHECKING:
 
 OUTAGE_S: Final = 5.0
 SOUND_GOAL_MS: Final = 900.0
-"""Of the median."""
+"""The goal of the median."""
 
 _NETWORK: Final = "internet-5m"
 _NEXT_ADDRESS: Final = "10.77.0.3"
 _WITHOUT_S: Final = {"network": (0.0, 1.0), "absence": (2.0, 3.0)}
-"""From the old address to the new one, as a phone hands over or looks for another network."""
+"""Between the old address and the new one, as when a phone hands over or seeks a network."""
 _KEY: Final = "ArrowLeft"
 _MOVES_WITHIN_S: Final = 6.0
 _BACK_WITHIN_S: Final = 12.0
 _PAUSE_MS: Final = 50.0
-"""A shorter silence is no end of the sound."""
+"""A shorter silence does not count as an interruption."""
 _DRIVES_WITHIN_S: Final = 15.0
 _SLOT_S: Final = 18.0
-"""From one outage to the next: the longest outage, time to settle, and a return that is late."""
+"""From one outage to the next: the longest outage, time to settle, and a late return."""
 _SETTLE_S: Final = (3.0, 4.0)
-"""From a picture to the next fault: as steady as any, and at a random phase of every timer."""
+"""From a picture to the next fault: steady again, and at a random phase of every timer."""
 
 _SERVER: Final = {"host": "0.0.0.0", "port": PORT}
 _SETTINGS: Final = {**MEDIA, "turns": {"turn_s": 3600.0}}
@@ -70,7 +70,7 @@ _SETTINGS: Final = {**MEDIA, "turns": {"turn_s": 3600.0}}
 
 @dataclass
 class Driving:
-    """A browser that drives, behind a link that can be cut at these times after its begin."""
+    """A browser that drives, behind a link that can be cut at `outages_s` after its start."""
 
     link: Link
     server: Wax
@@ -81,7 +81,7 @@ class Driving:
     began_s: float | None = None
 
     def turns(self) -> int:
-        """Count the turns that have begun, by the server's log."""
+        """Count the turns that have started, by the server's log."""
         return self.log.read_text(encoding="utf-8").count("TurnStarted")
 
     async def drives_again(self) -> bool:
@@ -101,7 +101,7 @@ class Driving:
         return kept
 
     async def black_hole(self) -> float:
-        """Lose every packet for a while; return when that ended, as Unix milliseconds."""
+        """Drop every packet for a while; return when that ended, in Unix milliseconds."""
         if self.began_s is None:
             self.began_s = await self.link.start_changes()
         begin_s, end_s = (self.began_s + at_s for at_s in next(self.outages_s))
@@ -111,7 +111,7 @@ class Driving:
         return unix_ms(end_s)
 
     async def other_network(self, without_s: tuple[float, float]) -> float:
-        """Give the browser's machine another address, after a while without; return when."""
+        """Change the browser machine's address, after `without_s` of none; return when it came."""
         old, new = self.addresses
         self.addresses = new, old
         await self._ip("address", "del", f"{old}/24", "dev", DEVICE)
@@ -122,15 +122,15 @@ class Driving:
         return back_ms
 
     async def press(self) -> bool:
-        """Hold the key, and press again while the robot does not move; tell whether it does."""
+        """Hold the key, pressing again until the robot moves; return whether it does."""
         return await key_moves(self.server, self.viewer.page, _KEY, _MOVES_WITHIN_S)
 
     async def needs_a_new_press(self) -> bool:
-        """Tell whether the key that is still held moves nothing, and one that is pressed does."""
+        """Return whether the key still held moves nothing, and a new press moves the robot."""
         return await stands_still(self.server) and await self.press()
 
     async def back_after(self, fault: Fault) -> tuple[float, float | None]:
-        """Return when the fault ended, and how many ms later the picture was back, None for never.
+        """Return when the fault ended, and after how many ms the picture was back (None: never).
 
         The first is Unix time in ms.
         """
@@ -149,8 +149,8 @@ class Driving:
 
 @asynccontextmanager
 async def _driving(outages: int) -> AsyncIterator[Driving]:
-    """Serve, and let somebody drive; `black_hole` can be called so often."""
-    # Of random length, so that the end meets the page's attempts at every phase.
+    """Serve, and let somebody drive; `black_hole` can be called `outages` times."""
+    # Their length is random, so that they end at every phase of the page's attempts.
     begins_s = [index * _SLOT_S + 0.1 for index in range(outages)]
     outages_s = [(at_s, at_s + OUTAGE_S + random.random()) for at_s in begins_s]
     async with AsyncExitStack() as opening:
@@ -180,13 +180,13 @@ FAULTS: Final = {
     "network": ("another network", 700.0, 1200.0),
     "absence": ("another network after 2 to 3 s without any", 700.0, 1200.0),
 }
-"""Each with its goals in ms: of the median, and of the 95th percentile."""
+"""Each with its goals in ms, for the median and the 95th percentile."""
 
 
 async def reconnect(keys: Sequence[str], n: int) -> list[Row]:
-    """Lose the link `n` times in each of these ways, by turns.
+    """Lose the link `n` times in each of these ways, in turn.
 
-    A turn that is lost misses the goal, and a robot that moves by what was held through it.
+    A lost turn misses the goal, and so does a robot that moves by a key held through the loss.
     """
     pictures_ms: dict[str, list[float | None]] = {key: [] for key in keys}
     sounds_ms: list[float | None] = []
@@ -234,9 +234,9 @@ def _picture(key: str, took_ms: Sequence[float | None], wrong: int) -> Row:
 
 
 def heard_after(blocks: Iterable[Block], back_ms: float) -> float | None:
-    """Return how many ms after `back_ms` the silence ended that a lost link made.
+    """Return how many ms after `back_ms` the silence of a lost link ended.
 
-    0 where there was none or it had ended before; None where it has not.
+    0 if there was none, or it had ended before; None if it has not ended.
     """
     since_ms: float | None = None
     lasted_ms = 0.0
@@ -252,7 +252,7 @@ def heard_after(blocks: Iterable[Block], back_ms: float) -> float | None:
 
 
 def _with_outages(profile: Profile, outages_s: Sequence[tuple[float, float]]) -> Profile:
-    """Let every packet be lost, both ways, during each of these."""
+    """Drop every packet, both ways, during each of these outages."""
 
     def cut(way: DirectionSettings) -> DirectionSettings:
         changes = [

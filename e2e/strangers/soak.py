@@ -1,4 +1,4 @@
-"""What grows while somebody drives and ten others come and go: memory, delays, what is left."""
+"""What grows while somebody drives and ten others come and go: memory, delays, and leaks."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
     from wax.client.sdp import Kind
 
 _PRESENT: Final = (10, 4, 8, 0, 6, 2, 9, 1, 10, 5, 7, 3)
-"""How many observers are there; each number for five seconds, again every minute."""
+"""How many observers are present: each number for five seconds, repeated every minute."""
 _EVERY_S: Final = 5.0
 _SAMPLE_S: Final = 1.0
 _GROWN_MS: Final = 5.0
-"""Two medians over minutes differ by less on a machine that does other things too."""
+"""Two medians over minutes differ by less, even on a machine that does other work."""
 _PRESS_S: Final = 0.3
 _PATIENCE_S: Final = 2 * LAPSE_S
-"""A person presses again when the robot has stood for so long: it goes on by itself no more."""
+"""A person presses again once the robot has stood this long, and no longer resumes by itself."""
 _SEES_S: Final = 15.0
 _KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One look: `at` is the share of the soak that is over, ages are None before their clock."""
+    """One sample: `at` is the share of the soak that is over; ages are None until known."""
 
     at: float
     rss_mib: float
@@ -53,7 +53,7 @@ class Sample:
 
 @dataclass(slots=True)
 class Soaked:
-    """What was seen; `left` counts threads, descriptors and tasks more than before."""
+    """The result; `left` counts threads, descriptors and tasks beyond those before."""
 
     lasted_s: float
     samples: list[Sample] = field(default_factory=list)
@@ -63,10 +63,10 @@ class Soaked:
 
 
 class Hand:
-    """Turns on the spot, since whoever drives into a wall is stopped with a reason; counts stops.
+    """Turns on the spot, where no wall stops the robot with a reason; counts stops.
 
-    What a hand asks for comes about later. So a stop is one after a motion, while the control is
-    held; and nobody presses again before the robot can no longer go on by itself.
+    The robot follows with a delay. So only a stop after motion counts, while the control is held,
+    and the hand presses again only when the robot can no longer resume by itself.
     """
 
     def __init__(self, operator: Operator, stops: list[str]) -> None:
@@ -76,7 +76,7 @@ class Hand:
         self._reason, self._refused = "", Counter[str]()
 
     def told(self, status: dict[str, Any], now_s: float) -> None:
-        """Take what the server says of the drive."""
+        """Handle the server's `drive_status`."""
         was, self._moves = self._moves, status["moving"]
         reason = status["reason"]
         self._reason = "no reason" if reason is None else str(read(reason))
@@ -87,9 +87,9 @@ class Hand:
             self._stops.append(self._reason)
 
     async def keep_on(self, now_s: float, counts: Mapping[str, float]) -> None:
-        """Press again where a person would; a press that has moved nothing counts as a stop.
+        """Press again when a person would; a press that moved nothing counts as a stop.
 
-        `counts` are the server's: those of refused commands say what a press has met.
+        `counts` are the server's; those of refused commands show why a press moved nothing.
         """
         if self._moves or now_s - self._since_s < _PATIENCE_S:
             return
@@ -105,14 +105,14 @@ class Hand:
 
 
 async def soak(seconds: float) -> Soaked:
-    """Serve for `seconds`; raises `MeasureError` if somebody who should be there is not."""
+    """Serve for `seconds`; raises `MeasureError` if somebody drops out."""
     found = Soaked(lasted_s=seconds)
-    # The shipped grace: an operator whose machine hangs for a moment keeps their turn.
+    # With the default `grace_s`, an operator whose machine hangs for a moment keeps the turn.
     async with (
         serving(WAX, turns={"turn_s": 86_400.0}) as server,
         gathered(server.offering, yields=False) as crowd,
     ):
-        # What is made once, by the first of each kind, is no leak.
+        # What is allocated once, for the first of each kind, is no leak.
         await _serve_all(server, crowd, Soaked(lasted_s=2 * _EVERY_S))
         await is_empty(server)
         before = await handles(server)
@@ -130,7 +130,7 @@ async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> Non
     operator = Operator(server.url, sees=True, on_message=told)
     hand = Hand(operator, found.stops)
     async with Client(server.url) as listener, operator:
-        # Nobody drives before they see: the first picture waits behind the listener's keyframe.
+        # Nobody can drive without a picture; the first one waits for the listener's keyframe.
         async with asyncio.timeout(_SEES_S):
             await operator.media.arrived["video"].wait()
         await operator.join()
@@ -187,7 +187,7 @@ async def _watch(
 
 
 def rows(found: Soaked) -> list[Row]:
-    """Judge the last sixth by the one before the middle: of half an hour, minutes 25 and 10 on."""
+    """Compare the last sixth with the third one: of half an hour, minutes 25–30 with 10–15."""
 
     def grown(value: Callable[[Sample], float | None], middle: Callable[..., float]) -> float:
         before, after = (

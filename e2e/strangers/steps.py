@@ -1,4 +1,4 @@
-"""Which steps of the server's event loop were long, from its log at the level "debug"."""
+"""The long steps of the server's event loop, read from its log at level "debug"."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WITH_STEPS: Final[dict[str, Any]] = {"log": {"level": "debug", "format": "json"}
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """`processor_ms` is what it took itself, without its waits for other programs."""
+    """`processor_ms` is its own processor time, without waits for other programs."""
 
     part: str
     ms: float
@@ -29,7 +29,7 @@ class Step:
 
 
 def long_steps(log: str) -> list[Step]:
-    """Return the steps that took longer than 2 ms of the processor, the longest first."""
+    """Return the steps with more than 2 ms of processor time, the longest first."""
     found = (
         Step(one["part"], one["ms"], one["processor_ms"], one.get("stack", ""))
         for one in _lines(log)

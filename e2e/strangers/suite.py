@@ -1,4 +1,4 @@
-"""The suite: strangers and networks do what they can while somebody drives; and what grows."""
+"""The suite: strangers attack and networks fail while somebody drives; and what grows."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def _hostile(key: str, table: Mapping[str, Any], load: Load) -> list[Case]:
-    """Return all attacks on one configuration, and at length each by itself."""
+    """Return a case of all attacks on a configuration, and a long one of each attack."""
     every = list(ATTACKS)
     return [
         measured(

@@ -1,7 +1,7 @@
-"""Strangers do their worst, in short: the robot drives on, Stop is heard, and nobody pays for them.
+"""Short attacks by strangers: the robot drives on, Stop works, and nobody else suffers.
 
-How fast is for ``make measure``; here it counts what was asked, answered and given away, and the
-one time that is a promise: Stop within 100 ms.
+Speed is for ``make measure``; here only counts of requests, answers and bytes matter, and the one
+time that is a promise: Stop within 100 ms.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ SHORT: Final = (
 STOPS_S: Final = 0.8
 CROWD: Final = "feedback-40"
 MOST_BACK: Final = 1.2
-"""Datagrams beside media for one that was sent; a room says something on its own, too."""
+"""Datagrams other than media for each one sent; a room sends some unasked, too."""
 
 BACK_IN_TIME: Final = {"turns": {"grace_s": 8.0}}
-"""As shipped, for whoever loses their connection."""
+"""As shipped, for anybody who loses the connection."""
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _before_other_programs() -> Iterator[None]:
-    """Let what is started here go first, if it may: another program's load is no attack."""
+    """Raise our priority if permitted: another program's load is no attack."""
     before = os.getpriority(os.PRIO_PROCESS, 0)
     with suppress(PermissionError):
         os.setpriority(os.PRIO_PROCESS, 0, min(before, NICENESS))
@@ -79,7 +79,7 @@ def configuration(request: pytest.FixtureRequest) -> tuple[Mapping[str, Any], Lo
 async def stage(
     configuration: tuple[Mapping[str, Any], Load], pytestconfig: pytest.Config
 ) -> AsyncIterator[Stage]:
-    """Have a robot that is driven, with the limits of one address as shipped."""
+    """Serve a robot, with the shipped limits for each address."""
     tree, load = configuration
     settings = toml.as_shipped(), STOPS_AT_EACH_TRIAL, tree, BACK_IN_TIME
     async with staged(*settings, load=load) as made:
@@ -115,12 +115,12 @@ async def watch(stage: Stage) -> AsyncIterator[Watch]:
     ],
 )
 async def test_an_attack_stops_no_robot_and_no_stop(name: str, watch: Watch, gang: Child) -> None:
-    """The robot drives on, Stop is heard, newcomers are served, and memory stays."""
+    """The robot drives on, Stop works, newcomers are served, and memory does not grow."""
     await _attacked(name, SECONDS, 0, watch, gang)
 
 
 async def test_all_attacks_by_chance_are_no_worse(watch: Watch, gang: Child) -> None:
-    """Whatever is drawn: WAX_SEED repeats one that failed."""
+    """Any random mix must pass; WAX_SEED repeats one that failed."""
     seed = int(os.environ.get("WAX_SEED") or random.randrange(2**32))
     print(f"WAX_SEED={seed}")
     account = await _attacked(MIX, MIX_S, seed, watch, gang)
@@ -129,7 +129,7 @@ async def test_all_attacks_by_chance_are_no_worse(watch: Watch, gang: Child) -> 
 
 @pytest.mark.full
 async def test_forty_hostile_viewers_delay_no_stop(watch: Watch, gang: Child) -> None:
-    """Whoever watches beside them stops the robot in time, by HTTP and by the data channel."""
+    """Another viewer stops the robot in time, by HTTP and by the data channel."""
     alone = "those of the attacks before are gone: the first dozen are always let in"
     await watch.stage.server.until(lambda told: len(told["viewers"]) == 2, alone, within_s=20)
     seen = await watch.attacked(gang, CROWD, 5, stops=5, stops_s=7.5)
@@ -156,14 +156,14 @@ async def _attacked(
 
 @pytest.mark.full
 async def test_whoever_floods_or_dawdles_keeps_nobody_out() -> None:
-    """The host gets in meanwhile and a guest afterwards; slow connections are closed in time."""
+    """The host joins meanwhile and a guest afterwards; slow connections are closed in time."""
     found = await hostile(3, ["offers-50", "slow"], "short", {}, LIGHT)
     how_fast = {"short", "short: host", "short: guest"}  # for `make measure`
     assert all(row.met for row in found if row.key not in how_fast), to_table(found)
 
 
 def test_the_attacks_are_none_that_a_parser_would_refuse() -> None:
-    """What is sent is whole and valid, so that it is the server's mercy that is tested."""
+    """Their packets are complete and valid, so that limits are tested, not parsers."""
     for one in wire.DEMANDING:
         *_, chunks = parse_packet(wire.sctp(7, wire.full_of(one)))
         assert len(chunks) >= 50
@@ -173,11 +173,11 @@ def test_the_attacks_are_none_that_a_parser_would_refuse() -> None:
     assert {873, 1000} <= set(asks.lost)
 
 
-# --- what is decided in the wrong place ------------------------------------------------------
+# --- forged datagrams ------------------------------------------------------------------------
 
 
 async def test_a_forged_datagram_ends_nobody(watch: Watch) -> None:
-    """What comes from the operator's address, from whoever has no key, changes nothing."""
+    """Datagrams from the operator's address without the operator's key change nothing."""
     socket, where = watch.socket_of(watch.operator)
     seen = await watch.look(0.1)
     for first in (b"\x80\x60", b"\x80\xc8", b"\x16\xfe\xfd", b"\x00\x01", b"\xff"):

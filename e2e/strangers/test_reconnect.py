@@ -1,4 +1,4 @@
-"""The reading of when the sound is back."""
+"""When the sound is back, as read from what was heard."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from e2e.strangers.reconnect import heard_after
         ("110000000111111111", 0.0),  # before the link was back
         ("110000000000011111", 30.0),
         ("111111111111000000", None),
-        ("111111111110000011", 60.0),  # what was kept has sounded on
+        ("111111111110000011", 60.0),  # buffered sound has played on
         ("111111111111011110", 0.0),  # crackles
     ],
 )
