@@ -1,4 +1,4 @@
-"""What a browser writes: transport-wide feedback as bytes, with chunks of any kind that fits."""
+"""Writes transport-wide feedback as a browser does, with chunks of any kind that fits."""
 
 from __future__ import annotations
 

@@ -21,21 +21,21 @@ Mode = Literal["one-port", "full-ice"]
 
 
 def network(mode: Mode = "full-ice", clock: Clock | None = None) -> Network:
-    """Make one that is not open yet, which full ICE does not need to be."""
+    """Return a network that is not open yet; full ICE does not need it open."""
     settings = NetworkSettings(mode=mode, udp_port=0)
     clock = clock or SystemClock()
     return Network(settings, IceServers(settings, RelaySettings()), clock, Turnstile(clock))
 
 
 def rich_meter() -> Meter:
-    """Return the meter of somebody who is never over budget."""
+    """Return a meter that is never over budget."""
     budget = Budget(Rates(committed=1.0, committed_burst_s=60.0, pool=0.0, pool_burst_s=0.0))
     return Meter(Turnstile(SystemClock()), budget.payer(""))
 
 
 @asynccontextmanager
 async def opened_network(mode: Mode = "one-port") -> AsyncIterator[Network]:
-    """Open one, on any free port."""
+    """Open a network on any free port."""
     made = network(mode)
     await made.open()
     try:

@@ -1,4 +1,4 @@
-"""Counts the instructions that Python carries out: a measure of work that no machine changes."""
+"""Counts the instructions that Python executes: a measure of work that is equal on all machines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Steps:
 
 @contextmanager
 def counted() -> Iterator[Steps]:
-    """Count what is done inside, in functions called from there; C's own loops are not seen."""
+    """Count instructions inside, calls included; C's own loops are not seen."""
     steps = Steps()
 
     def trace(frame: FrameType, event: str, _what: object) -> Any:

@@ -1,4 +1,4 @@
-"""Of the addresses in an offer, those are checked at which its sender may well be."""
+"""Of an offer's candidates, those are kept at which its sender may be."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def kept(address: str, sender: str | None) -> bool:
 )
 @pytest.mark.parametrize("sender", [None, "", "nonsense", WORLD, LAN, HERE, "2001:db8::/64"])
 def test_public_addresses_are_kept(address: str, sender: str | None) -> None:
-    """A viewer may have several, and a relay."""
+    """Public addresses are kept, of which a viewer may have several and a relay."""
     assert kept(address, sender)
 
 
@@ -45,8 +45,10 @@ def test_public_addresses_are_kept(address: str, sender: str | None) -> None:
     ],
 )
 @pytest.mark.parametrize("sender", [None, WORLD, LAN, HERE])
-def test_nobodys_addresses_are_not(address: str, sender: str | None) -> None:
-    """Multicast would multiply, and a name would have to be looked up."""
+def test_multicast_reserved_and_named_addresses_are_dropped(
+    address: str, sender: str | None
+) -> None:
+    """Multicast, which multiplies packets, and names, which need a lookup, are dropped."""
     assert not kept(address, sender)
 
 
@@ -76,13 +78,15 @@ def test_nobodys_addresses_are_not(address: str, sender: str | None) -> None:
         ("fd00::1", "::1/128", True),
     ],
 )
-def test_local_addresses_are_for_who_is_there(address: str, sender: str, *, is_kept: bool) -> None:
-    """A stranger cannot have us knock at the doors of our own network."""
+def test_local_addresses_are_kept_for_local_senders(
+    address: str, sender: str, *, is_kept: bool
+) -> None:
+    """Local addresses are kept only for senders in that network: strangers cannot probe it."""
     assert kept(address, sender) == is_kept
 
 
 def test_there_are_at_most_sixteen() -> None:
-    """More are a list of strangers; the rest of the offer stays in order."""
+    """At most sixteen candidates are kept, and the rest of the offer stays in order."""
     lines = [text for n in range(560) for text in (f"a=x{n}", line(f"198.51.100.{n % 256}"))]
     cleaned = without_unwanted(lines, None)
     assert sum(one.startswith("a=candidate") for one in cleaned) == MAX_CANDIDATES == 16
@@ -90,16 +94,16 @@ def test_there_are_at_most_sixteen() -> None:
     assert cleaned[32:] == lines[32::2]
 
 
-def test_what_is_not_for_us_takes_no_place() -> None:
-    """Names, TCP and fragments do not count."""
+def test_unusable_candidates_do_not_count() -> None:
+    """Names, TCP and incomplete lines do not count towards the limit."""
     unwanted = [line("a.local"), line("198.51.100.4", transport="tcp"), "a=candidate:", line("::")]
     wanted = [line(f"198.51.100.{n}") for n in range(16)]
     assert without_unwanted(unwanted * 10 + wanted, None) == wanted
 
 
 @given(st.lists(st.text() | st.ip_addresses().map(str).map(line)), st.none() | st.text())
-def test_any_lines_are_survived(lines: list[str], sender: str | None) -> None:
-    """Whatever an offer says, what is kept was there, and no candidate is nobody's."""
+def test_no_lines_raise(lines: list[str], sender: str | None) -> None:
+    """Any lines are filtered to a subsequence without an error or a multicast candidate."""
     cleaned = without_unwanted(lines, sender)
     rest = iter(lines)
     assert all(one in rest for one in cleaned)  # a subsequence

@@ -1,4 +1,4 @@
-"""What one peer sends together: protected in place, in as few calls as its sizes allow."""
+"""Packets sent together are protected in place and leave in as few calls as their sizes allow."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Path:
-    """Protects by turning every bit and adding four bytes; keeps what is sent."""
+    """Protects by inverting every bit and adding four bytes; keeps what is sent."""
 
     def __init__(self) -> None:
         self.sent: list[list[bytes]] = []
@@ -44,7 +44,7 @@ def protected(packet: bytes, mark: bytes = b"rtp ") -> bytes:
 
 @given(st.lists(st.binary(min_size=1, max_size=1400), max_size=12), st.booleans())
 def test_packets_leave_in_order_each_protected_once(packets: list[bytes], is_rtcp: bool) -> None:
-    """What the path gets is what was given, and the sizes are those of the datagrams."""
+    """Packets arrive intact and in order, and the returned sizes are those of the datagrams."""
     path = Path()
     sizes = Egress(path).send(packets, is_rtcp=is_rtcp)
     mark = b"rtcp" if is_rtcp else b"rtp "
@@ -52,8 +52,8 @@ def test_packets_leave_in_order_each_protected_once(packets: list[bytes], is_rtc
     assert path.sent == ([[protected(packet, mark) for packet in packets]] if packets else [])
 
 
-def test_a_keyframe_larger_than_the_buffer_leaves_in_several_goes() -> None:
-    """None is lost or sent twice, and none is larger than a datagram may be."""
+def test_a_keyframe_larger_than_the_buffer_leaves_in_several_calls() -> None:
+    """No packet is lost or sent twice, and no datagram is too large."""
     path = Path()
     packets = [bytes([number]) * 1200 for number in range(130)]
     assert Egress(path).send(packets) == [1204] * 130
@@ -64,8 +64,8 @@ def test_a_keyframe_larger_than_the_buffer_leaves_in_several_goes() -> None:
         Egress(path).send([bytes(65_507 - MAX_TRAILER_BYTES + 1)])
 
 
-def test_a_closed_path_is_an_error_of_its_own() -> None:
-    """The sender ends by it; what another has in the buffer is not sent by mistake."""
+def test_a_closed_path_raises() -> None:
+    """A closed path raises an error, and nothing left in the shared buffer is sent by mistake."""
     path = Path()
     path.is_closed = True
     with pytest.raises(ConnectionError):
@@ -74,8 +74,8 @@ def test_a_closed_path_is_an_error_of_its_own() -> None:
 
 
 @given(st.lists(st.integers(1, 4), max_size=40), st.integers(1, 64))
-def test_a_run_is_of_one_size_but_its_last(sizes: list[int], most: int) -> None:
-    """As a kernel segments: equal pieces, then one that is no larger. No longer run would do."""
+def test_all_sizes_of_a_run_but_the_last_are_equal(sizes: list[int], most: int) -> None:
+    """Runs are as long as a kernel can segment: equal sizes, and a last that is no larger."""
     found = runs(sizes, most)
     assert sum(found) == len(sizes)
     at = 0

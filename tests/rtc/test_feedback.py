@@ -1,4 +1,4 @@
-"""Transport-wide feedback: what browsers write is read, anything else is refused."""
+"""Transport-wide feedback as browsers write it is parsed, anything else is refused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 CHROMIUM = bytes.fromhex("afcd0005fa17fa1743032fa0009900013de8021720019401")
-"""One packet, as Chromium wrote it (a sample that several implementations are tested on)."""
+"""One packet written by Chromium (a sample that several implementations test with)."""
 
 steps = st.one_of(
     st.none(),
@@ -28,7 +28,7 @@ steps = st.one_of(
 
 
 def ticks_of(start: int, found: Sequence[int | None]) -> list[int | None]:
-    """Turn steps from one arrival to the next into arrivals."""
+    """Turn deltas between arrivals into arrival times."""
     at, ticks = start, list[int | None]()
     for step in found:
         at += step or 0
@@ -43,15 +43,15 @@ def whole(feedback: Feedback) -> tuple[float | None, ...]:
     return tuple(arrived.get(place) for place in range(feedback.packets))
 
 
-def test_what_chromium_wrote_is_read() -> None:
-    """Sequence number, reference time and delta of a known packet, its padding left aside."""
+def test_a_sample_by_chromium_is_read() -> None:
+    """A known packet's sequence number, reference time and delta are read, its padding ignored."""
     feedback = parse(CHROMIUM)
     assert feedback.sequence_number == 153
     assert whole(feedback) == pytest.approx((4057090 * 0.064 + 148 * TICK_S,), abs=1e-6)
 
 
 def test_each_kind_of_chunk_is_read() -> None:
-    """Written by hand after the draft: a run, one-bit and two-bit vectors, a negative delta."""
+    """Run, one-bit and two-bit chunks and a negative delta are read, as the draft has them."""
     packet = bytes.fromhex(
         "8fcd0009 00000001 00000002"
         "fffe 0019 ffffff 07"  # 25 statuses from 65534 on; the reference is 64 ms before zero
@@ -79,7 +79,7 @@ def test_each_kind_of_chunk_is_read() -> None:
 def test_whatever_a_browser_writes_is_read(
     sequence_number: int, start: int, found: list[int | None], random: Random
 ) -> None:
-    """Any pattern of losses, orders and gaps comes back, whichever chunks it was written in."""
+    """Any pattern of losses, orders and gaps is read back, whichever chunks encode it."""
     ticks = ticks_of(start, found)
     feedback = parse(feedback_packet(sequence_number, ticks, random))
     assert feedback.sequence_number == sequence_number
@@ -88,7 +88,7 @@ def test_whatever_a_browser_writes_is_read(
 
 
 def test_runs_of_thousands_are_read() -> None:
-    """A long cut is one feedback about more packets than a single chunk can name."""
+    """Feedback after a long outage may span more packets than a single chunk can."""
     ticks = [0, *([None] * 20_000), 77]
     assert whole(parse(feedback_packet(9, ticks, Random(1)))) == tuple(
         None if t is None else t * TICK_S for t in ticks
@@ -96,7 +96,7 @@ def test_runs_of_thousands_are_read() -> None:
 
 
 @given(st.binary(max_size=80))
-def test_bytes_of_any_kind_are_refused(data: bytes) -> None:
+def test_any_bytes_raise_only_a_protocol_error(data: bytes) -> None:
     """Nothing but `ProtocolError` is raised."""
     with pytest.raises(ProtocolError):
         parse(data)
@@ -108,10 +108,10 @@ def test_bytes_of_any_kind_are_refused(data: bytes) -> None:
     st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), max_size=4),
     st.integers(0, 200),
 )
-def test_damaged_feedback_is_refused_or_has_all_it_announces(
+def test_damaged_feedback_is_refused_or_complete(
     found: list[int | None], random: Random, damage: list[tuple[int, int]], cut: int
 ) -> None:
-    """Bytes changed or cut off: a whole feedback or a `ProtocolError`, and nothing else."""
+    """Damaged feedback either parses completely or raises `ProtocolError`."""
     data = bytearray(feedback_packet(1, ticks_of(0, found), random))
     for at, value in damage:
         data[at % len(data)] = value
@@ -144,7 +144,7 @@ def test_damaged_feedback_is_refused_or_has_all_it_announces(
         pytest.param(CHROMIUM.hex().replace("20019401", "20009401"), id="a run of none"),
     ],
 )
-def test_what_is_not_feedback_is_refused(packet: str) -> None:
+def test_other_packets_are_refused(packet: str) -> None:
     """Each field is checked by itself."""
     with pytest.raises(ProtocolError):
         parse(bytes.fromhex(packet))

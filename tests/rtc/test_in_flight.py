@@ -1,4 +1,4 @@
-"""What was sent and what became of it: over wires that lose, reorder and take a long time."""
+"""What becomes of sent packets on links that lose, reorder and delay."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def send(transmissions: InFlight, now_s: float, count: int = 1) -> list[int]:
-    """Send so many packets of 100 bytes; the train is how many were sent before, modulo 1000."""
+    """Send `count` packets of 100 bytes; the train is how many were sent before, modulo 1000."""
     return [
         transmissions.sent(now_s, size_bytes=100, kind="video", train=index)
         for index in range(count)
@@ -40,12 +40,12 @@ def _numbered(count: int) -> InFlight:
 
 
 def numbered(count: int) -> InFlight:
-    """Return one that has sent so many, long ago."""
+    """Return an `InFlight` that sent `count` packets long ago."""
     return deepcopy(_numbered(count))
 
 
 def feedback(sequence_number: int, arrivals: Sequence[float | None]) -> Feedback:
-    """Return feedback about so many packets, None for one that had not arrived."""
+    """Return feedback on these packets, None for one that has not arrived."""
     came = [(place, at) for place, at in enumerate(arrivals) if at is not None]
     return Feedback(sequence_number, len(arrivals), came)
 
@@ -54,8 +54,8 @@ def trains(told: tuple[Delivery, ...]) -> list[tuple[int | None, float | None]]:
     return [(one.train, one.arrived_s) for one in told]
 
 
-def test_each_packet_is_told_as_it_was_sent() -> None:
-    """Time, size, kind and train come back with the arrival."""
+def test_an_arrival_comes_with_what_was_sent() -> None:
+    """An arrival is returned with the packet's time, size, kind and train."""
     transmissions = InFlight()
     kinds: list[Literal["audio", "video", "repeat"]] = ["audio", "video", "repeat"]
     numbers = [
@@ -71,8 +71,8 @@ def test_each_packet_is_told_as_it_was_sent() -> None:
     ]
 
 
-def test_what_went_another_way_is_forgotten() -> None:
-    """Nothing of it is waited for or told, and the numbers go on."""
+def test_packets_on_another_path_are_forgotten() -> None:
+    """Packets sent on another path are neither awaited nor reported, and numbering continues."""
     transmissions = numbered(3)
     transmissions.reported(feedback(0, (5.0, None, None)), 100.0)
     send(transmissions, 100.0, 2)
@@ -85,8 +85,8 @@ def test_what_went_another_way_is_forgotten() -> None:
     ]
 
 
-def test_the_last_ones_are_lost_only_when_a_later_one_has_come() -> None:
-    """A feedback written while packets were still on their way condemns none of them."""
+def test_packets_are_lost_only_once_a_later_one_has_arrived() -> None:
+    """Packets are not reported lost while no later one has arrived."""
     transmissions = InFlight()
     send(transmissions, 0.0, 6)
     told = transmissions.reported(feedback(0, (1.0, None, 1.1, None, None)), 0.2)
@@ -96,8 +96,8 @@ def test_the_last_ones_are_lost_only_when_a_later_one_has_come() -> None:
     assert trains(told) == [(3, None), (4, 1.2), (5, 1.3)]
 
 
-def test_a_loss_is_taken_back_by_an_arrival() -> None:
-    """A packet that was overtaken is told lost once, then arrived once."""
+def test_an_arrival_may_follow_a_loss() -> None:
+    """A reordered packet is reported lost once, then arrived once."""
     transmissions = InFlight()
     send(transmissions, 0.0, 3)
     assert trains(transmissions.reported(feedback(0, (1.0, None, 1.2)), 0.2))[1] == (1, None)
@@ -106,8 +106,8 @@ def test_a_loss_is_taken_back_by_an_arrival() -> None:
     assert transmissions.reported(feedback(0, (1.0, 1.3, 1.2)), 0.5) == ()
 
 
-def test_nothing_is_told_of_what_was_not_sent() -> None:
-    """Feedback about numbers to come, or long forgotten, is about nothing."""
+def test_feedback_on_unsent_packets_reports_nothing() -> None:
+    """Feedback on numbers not sent yet, or long forgotten, reports nothing."""
     transmissions = InFlight()
     assert transmissions.reported(feedback(0, (1.0, 1.1)), 0.0) == ()
     send(transmissions, 0.0, 2)
@@ -118,8 +118,8 @@ def test_nothing_is_told_of_what_was_not_sent() -> None:
     assert transmissions.reported(feedback(2, (9.0,)), 5.2) == ()
 
 
-def test_what_is_never_told_is_forgotten() -> None:
-    """After 5 s without a word nothing is in flight, and nothing is kept."""
+def test_packets_without_feedback_are_forgotten() -> None:
+    """Without feedback for 5 s nothing is in flight, and nothing is kept."""
     transmissions = InFlight()
     assert transmissions.oldest_unreported_s(0.0) is None
     send(transmissions, 0.0, 3)
@@ -130,8 +130,8 @@ def test_what_is_never_told_is_forgotten() -> None:
     assert not transmissions._sent
 
 
-def test_what_a_later_one_has_passed_is_not_in_flight() -> None:
-    """The browser's own report may be lost, too: that says nothing of the queue."""
+def test_a_packet_passed_by_a_later_one_is_not_in_flight() -> None:
+    """A packet without feedback is not in flight once a later one has arrived."""
     transmissions = InFlight()
     send(transmissions, 0.0, 4)
     send(transmissions, 0.5, 1)
@@ -143,8 +143,8 @@ def test_what_a_later_one_has_passed_is_not_in_flight() -> None:
     assert transmissions.oldest_unreported_s(0.9) is None
 
 
-def test_numbers_and_clock_go_on_without_end() -> None:
-    """Numbers start again each 65 536 packets, the browser's clock each 12 days; neither shows."""
+def test_numbers_and_clock_are_unwrapped() -> None:
+    """Neither the numbers' wrap after 65 536 packets nor the clock's after 12 days shows."""
     transmissions, random = InFlight(), Random(1)
     every_s, before_s = 32.0, 0.0
     for index in range(70_000):
@@ -165,7 +165,7 @@ def test_numbers_and_clock_go_on_without_end() -> None:
 
 
 def test_memory_is_bounded_by_number_too() -> None:
-    """More packets at once than numbers can tell apart: the oldest are forgotten."""
+    """With more packets in flight than numbers can tell apart, the oldest are forgotten."""
     transmissions = InFlight()
     send(transmissions, 0.0, 2**15 + 100)
     assert len(transmissions._sent) <= 2**15
@@ -180,7 +180,7 @@ class Browser:
         self.next = 0
 
     def feedback(self, until_s: float) -> tuple[int, list[float | None]] | None:
-        """Return the first number and the arrivals, None where nothing new has come."""
+        """Return the first number and the arrivals, None if nothing new has arrived."""
         first = self.next
         new = False
         while self._coming and self._coming[0][0] <= until_s:
@@ -192,7 +192,7 @@ class Browser:
         return (first, [self.known.get(n) for n in range(first, self.next)]) if new else None
 
 
-# A seed cannot be made simpler, so what fails is told as it was found.
+# A seed cannot be shrunk, so a failure is shown as it was found.
 @examples(25, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(
     kind=st.sampled_from(["none", "single", "burst", "all of a second"]),
@@ -202,10 +202,10 @@ class Browser:
     before=st.sampled_from([0, 65_450]),
     seed=st.integers(0, 999),
 )
-def test_over_any_wire_each_packet_is_told_rightly(
+def test_over_any_link_each_packet_is_reported_correctly(
     *, kind: str, jitter_s: float, every_s: float, loses_reports: bool, before: int, seed: int
 ) -> None:
-    """Arrivals once each, at the right time; losses before; in the order of sending."""
+    """Arrivals are reported once, at the right time, after losses, in the order of sending."""
     random, transmissions = Random(seed), numbered(before)
     plan: dict[int, float | None] = {}
     burst = 0
@@ -272,10 +272,10 @@ def test_over_any_wire_each_packet_is_told_rightly(
         max_size=60,
     )
 )
-def test_no_feedback_breaks_the_accounts(
+def test_no_feedback_corrupts_the_state(
     trace: list[tuple[float, int, int, list[float | None]]],
 ) -> None:
-    """Whatever a page claims: no more is told than was sent, and nothing old is in flight."""
+    """Whatever a page claims, no more is reported than was sent, and nothing old is in flight."""
     transmissions, now_s = InFlight(), 0.0
     sent: list[float] = []
     arrived = lost = 0
@@ -296,7 +296,7 @@ def test_no_feedback_breaks_the_accounts(
 
 
 class Plain:
-    """What `InFlight` tells, by going through every packet that a feedback spans, and every set."""
+    """A reference for `InFlight` that visits every packet a feedback spans, and every set."""
 
     def __init__(self) -> None:
         self.sent: dict[int, float] = {}
@@ -336,10 +336,10 @@ REPORTS = st.lists(
 
 @example([(1, -1, [None], 0), (2, -1, [None], 0), (0, -1, [], 0)], 0)
 @given(REPORTS, st.sampled_from([0, 65_450]))
-def test_it_tells_what_the_plain_way_tells(
+def test_it_matches_the_reference(
     trace: list[tuple[int, int, list[float | None], int]], before: int
 ) -> None:
-    """Reordered, repeated, overlapping, about what was never sent, and around the numbers' end."""
+    """It matches the reference on reordered, repeated, overlapping and false feedback."""
     transmissions, plain = numbered(before), Plain()
     plain.next = before
     now_s = 100.0
@@ -350,7 +350,7 @@ def test_it_tells_what_the_plain_way_tells(
             plain.sent[plain.next] = now_s
             plain.next += 1
         start = plain.next + back
-        # A browser reports up to the newest that has arrived, and misses nothing beyond.
+        # A browser reports up to the newest arrival, and no loss beyond it.
         is_beyond = start + len(arrivals) >= plain.next
         arrived = [*([50.0] * len(arrivals) if is_beyond else arrivals), 50.0]
         for _ in range(1 + again):
@@ -358,8 +358,8 @@ def test_it_tells_what_the_plain_way_tells(
             assert trains(told) == plain.reported(start & 0xFFFF, arrived)
 
 
-def test_a_burst_that_is_told_of_late_is_told_in_part() -> None:
-    """Of thousands of packets in one feedback the newest 128 are, the others are in no account."""
+def test_a_late_report_on_a_burst_is_truncated() -> None:
+    """Of thousands of packets in one feedback the newest 128 are reported, the others never."""
     transmissions = InFlight()
     send(transmissions, 0.0, 3000)
     told = transmissions.reported(feedback(0, [*([None] * 2900), *([1.0] * 100)]), 0.5)

@@ -1,4 +1,4 @@
-"""The link: silence and the round trip, from pings."""
+"""A viewer's silence and round trip, measured by pings."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from wax.rtc.link_monitor import LinkMonitor
 
 
-def test_one_exchange_tells_the_round_trip() -> None:
-    """The time that the page held the pong does not count."""
+def test_one_exchange_gives_the_round_trip() -> None:
+    """One exchange gives the round trip, without the time for which the page held the pong."""
     link = LinkMonitor(0.0)
     assert link.pinged(1, None, None, 10.0) is None
     assert link.one_way_s is None
@@ -23,7 +23,7 @@ def test_one_exchange_tells_the_round_trip() -> None:
 
 
 def test_the_least_of_ten_seconds_counts() -> None:
-    """One ping that waited in a queue does not change the delay; an old one is forgotten."""
+    """One queued ping does not change the delay, and an old one is forgotten."""
     link = LinkMonitor(0.0)
     link.pinged(1, None, None, 1.0)
     link.pinged(2, 1, 0.0, 1.02)
@@ -34,8 +34,8 @@ def test_the_least_of_ten_seconds_counts() -> None:
     assert abs(link.one_way_s - 1.0) < 1e-9
 
 
-def test_ten_seconds_are_just_that() -> None:
-    """A round trip counts until it is ten seconds old, and no longer."""
+def test_ten_seconds_are_exact() -> None:
+    """A round trip counts until it is exactly ten seconds old."""
     link = LinkMonitor(0.0)
     link.pinged(1, None, None, 1.0)
     link.pinged(2, 1, 0.0, 2.0)
@@ -45,8 +45,8 @@ def test_ten_seconds_are_just_that() -> None:
     assert link.one_way_s is None
 
 
-def test_the_newest_round_trip_is_kept_beside() -> None:
-    """What waits in queues now is told, though the delay is reckoned without it."""
+def test_the_newest_round_trip_is_kept_too() -> None:
+    """The newest round trip includes queueing, though the delay excludes it."""
     assert LinkMonitor(0.0).newest_s is None
     link = LinkMonitor(0.0)
     link.pinged(1, None, None, 1.0)
@@ -60,8 +60,10 @@ def test_the_newest_round_trip_is_kept_beside() -> None:
     [(1, None), (1, -1.0), (1, math.nan), (7, 0.0), (None, 0.0)],
     ids=["held for unknown", "held for less than nothing", "no number", "never sent", "none"],
 )
-def test_what_closes_no_exchange_tells_nothing(pong: int | None, held_ms: float | None) -> None:
-    """A page cannot make its line longer than it is, and be granted more time for its commands."""
+def test_an_incomplete_exchange_gives_no_round_trip(
+    pong: int | None, held_ms: float | None
+) -> None:
+    """An incomplete exchange gives no round trip, so a page cannot gain time for its commands."""
     link = LinkMonitor(0.0)
     link.pinged(1, None, None, 1.0)
     assert link.pinged(2, pong, held_ms, 1.5) is None
@@ -69,14 +71,14 @@ def test_what_closes_no_exchange_tells_nothing(pong: int | None, held_ms: float 
 
 
 def test_a_page_that_claims_too_much_has_no_delay() -> None:
-    """Held for longer than it was away, it took no time."""
+    """A pong held for longer than the exchange took gives a round trip of zero."""
     link = LinkMonitor(0.0)
     link.pinged(1, None, None, 1.0)
     assert link.pinged(2, 1, 501.0, 1.5) == 0.0
 
 
 def test_the_last_64_pongs_are_remembered() -> None:
-    """However many a page asks for, older ones are forgotten."""
+    """The last 64 pongs are remembered, older ones are forgotten."""
     link = LinkMonitor(0.0)
     for ping in range(65):
         link.pinged(ping, None, None, float(ping))
@@ -107,7 +109,7 @@ def test_no_ping_makes_a_negative_delay(
 
 
 def test_silence_is_since_anything_was_heard() -> None:
-    """Every message counts as a sign of life, and time never runs back."""
+    """Every message counts as a sign of life, and time never runs backwards."""
     link = LinkMonitor(5.0)
     link.heard(7.0)
     link.heard(6.0)

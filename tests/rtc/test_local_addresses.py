@@ -39,12 +39,12 @@ def test_the_chosen_ones_are_offered(
     offered: list[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """All but loopback unless some are chosen; loopback where there is nothing else."""
+    """All addresses but loopback are offered by default; loopback only if it is alone or chosen."""
     monkeypatch.setattr(ifaddr, "get_adapters", lambda: adapters)
     assert local_addresses(chosen) == offered
 
 
-def test_what_this_machine_has_is_its_own() -> None:
-    """An address of the loopback is, one for documentation is not."""
+def test_own_addresses_are_recognised() -> None:
+    """A loopback address is this machine's, a documentation address is not."""
     assert is_ours("127.0.0.1")
     assert not is_ours("192.0.2.1")

@@ -1,4 +1,4 @@
-"""H.264 on the wire: what went in comes out, and nothing is larger than told."""
+"""H.264 payloads: the stream is recovered intact, and no payload exceeds its limit."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def unpacked(payloads: list[bytes]) -> bytes:
 
 
 @given(streams, st.integers(32, 1300))
-def test_what_goes_in_comes_out(stream: list[tuple[bytes, bytes, int]], max_bytes: int) -> None:
-    """Any NAL units, behind either start code and with zeros after them, by aiortc's reading."""
+def test_nal_units_are_recovered(stream: list[tuple[bytes, bytes, int]], max_bytes: int) -> None:
+    """Any NAL units are recovered by aiortc, after either start code and with trailing zeros."""
     data = b"".join(start + unit + bytes(zeros) for start, unit, zeros in stream)
     payloads = packets(data, max_bytes=max_bytes)
     assert unpacked(payloads) == b"".join(START + unit for _, unit, _ in stream)
@@ -50,7 +50,7 @@ def test_what_goes_in_comes_out(stream: list[tuple[bytes, bytes, int]], max_byte
 
 @given(units, st.integers(32, 1300))
 def test_a_large_unit_is_cut_into_parts_of_one_size(unit: bytes, max_bytes: int) -> None:
-    """As few parts as can be; the first and the last are marked and no other is."""
+    """A large unit is split into as few parts as possible; only the first and last are marked."""
     payloads = packets(START + unit, max_bytes=max_bytes)
     if len(unit) <= max_bytes:
         assert payloads == [unit]
@@ -66,7 +66,7 @@ def test_a_large_unit_is_cut_into_parts_of_one_size(unit: bytes, max_bytes: int)
 
 
 def test_small_units_share_a_packet() -> None:
-    """Parameter sets and a small picture travel together, as important as the most important."""
+    """Parameter sets and a small picture share a packet, with the highest importance among them."""
     sets, picture = [b"\x67abc", b"\x68de"], b"\x65" + b"x" * 40
     data = b"".join(START + unit for unit in [*sets, picture])
     assert packets(data, max_bytes=55) == [
@@ -80,7 +80,7 @@ def test_small_units_share_a_packet() -> None:
 
 
 def test_a_large_unit_between_small_ones_keeps_its_place() -> None:
-    """What was gathered leaves before it, what follows starts anew."""
+    """Small units before a large one leave before it, those after it in a new packet."""
     units = [b"\x67a", b"\x68b", b"\x65" + b"x" * 100, b"\x06c", b"\x06d"]
     payloads = packets(b"".join(START + unit for unit in units), max_bytes=64)
     assert [payload[0] & 31 for payload in payloads] == [24, 28, 28, 24]
@@ -88,20 +88,20 @@ def test_a_large_unit_between_small_ones_keeps_its_place() -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"no start code", b"\x00\x00\x01", START + START])
-def test_what_holds_no_unit_makes_no_packet(data: bytes) -> None:
-    """Nothing is sent for nothing."""
+def test_data_without_units_makes_no_packet(data: bytes) -> None:
+    """Data without a NAL unit gives no packet."""
     assert packets(data, max_bytes=100) == []
 
 
 def test_too_little_room_is_refused() -> None:
-    """Below 32 bytes a packet is hardly more than its headers."""
+    """A limit below 32 bytes, hardly more than the headers, is refused."""
     with pytest.raises(ValueError, match="32 bytes"):
         packets(START + b"\x65abc", max_bytes=31)
 
 
 @pytest.mark.parametrize("max_bytes", [200, 1200])
 def test_real_pictures_arrive(max_bytes: int) -> None:
-    """The encoder's own stream, keyframe with its parameter sets and all."""
+    """The encoder's own stream is recovered, including the keyframe and its parameter sets."""
     rendition = RenditionSettings(width=160, height=120, fps=30, bitrate_bps=200_000)
     encoder = VideoEncoder(codec="h264", rendition=rendition)
     noise = np.random.default_rng(1).integers(0, 255, (180, 160), dtype=np.uint8)

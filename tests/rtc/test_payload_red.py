@@ -1,4 +1,4 @@
-"""Redundant sound: what fits is carried again, and the newest always arrives."""
+"""Redundant sound: earlier units are repeated if they fit, and the newest is always sent."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ OPUS = 111
 
 
 def unpacked(payload: bytes) -> list[tuple[int, int, bytes]]:
-    """Read it as RFC 2198, section 3, says: payload type, ticks before, unit; the newest last."""
+    """Parse it by RFC 2198, section 3: payload type, ticks before, unit; the newest last."""
     heads: list[tuple[int, int, int]] = []
     at = 0
     while payload[at] & 0x80:
@@ -29,7 +29,7 @@ def unpacked(payload: bytes) -> list[tuple[int, int, bytes]]:
 
 
 def test_two_earlier_units_as_the_rfc_draws_them() -> None:
-    """Byte for byte: the oldest first, each with its offset and length, the newest unlabelled."""
+    """The oldest unit comes first, each with its offset and length, the newest without."""
     payload = red_payload(b"new", [(960, b"old"), (1920, b"older")], OPUS, 1200)
     assert payload == (
         bytes.fromhex("ef 1e0005")
@@ -41,13 +41,13 @@ def test_two_earlier_units_as_the_rfc_draws_them() -> None:
     )
 
 
-def test_none_is_a_single_byte_more() -> None:
-    """A packet without redundancy is still of this format."""
+def test_without_redundancy_the_payload_is_one_byte_longer() -> None:
+    """A packet without redundancy is also in this format, one byte longer than its sound."""
     assert red_payload(b"new", [], OPUS, 1200) == b"\x6fnew"
 
 
-def test_limits_of_the_format_leave_a_unit_out() -> None:
-    """14 bits for the offset, 10 for the length; neither takes others with it, older or newer."""
+def test_units_beyond_the_formats_limits_are_left_out() -> None:
+    """A unit beyond 14 bits of offset or 10 of length is left out alone, not those around it."""
     found = red_payload(
         b"new",
         [
@@ -68,8 +68,8 @@ def test_limits_of_the_format_leave_a_unit_out() -> None:
     ]
 
 
-def test_where_room_is_short_the_oldest_goes_first() -> None:
-    """Even where the older one is the smaller."""
+def test_if_space_is_short_the_oldest_is_dropped_first() -> None:
+    """If space is short, the oldest unit is dropped first, even if it is smaller."""
     earlier = [(1920, b"o"), (960, b"x" * 20)]
     whole = 1 + 3 + 2 * HEADER_BYTES + 21
     assert len(red_payload(b"new", earlier, OPUS, whole)) == whole
@@ -87,7 +87,7 @@ def test_where_room_is_short_the_oldest_goes_first() -> None:
 def test_the_newest_always_arrives_and_the_rest_as_it_fits(
     primary: bytes, earlier: list[tuple[int, bytes]], payload_type: int, max_bytes: int
 ) -> None:
-    """Never an error: the newest of what the format can carry, up to the first that is too long."""
+    """The newest units within the format's limits are sent, up to the first that is too long."""
     payload = red_payload(primary, earlier, payload_type, max_bytes)
     *found, newest = unpacked(payload)
     assert newest == (payload_type, 0, primary)

@@ -1,4 +1,4 @@
-"""VP8 on the wire: every byte arrives, and the browser decodes what it can and nothing wrong."""
+"""VP8 payloads: every byte arrives, and the browser decodes all it can and nothing wrong."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FIRST_ID, FIRST_BASE = 0x7FF0, 0xF8
-"""Both numbers start again within each of these tests."""
+"""Both numbers wrap within each of these tests."""
 
 PLACES = (0, 2, 1, 2)
 
 
 @dataclass(frozen=True)
 class Source:
-    """One encoded picture with what is true of it: `needs` are the indices that it refers to."""
+    """One encoded picture and its properties; `needs` are the indices that it refers to."""
 
     index: int
     layer: int
@@ -45,7 +45,7 @@ class Source:
 
 
 def pattern(keyframes: Sequence[bool]) -> list[Source]:
-    """Lay out pictures as the encoder does, the place in the four starting at each keyframe."""
+    """Arrange pictures as the encoder does; its pattern of four restarts at each keyframe."""
     found: list[Source] = []
     base = place = 0
     for index, keyframe in enumerate(keyframes):
@@ -84,7 +84,7 @@ def send(packetizer: Vp8Packetizer, source: Source, max_bytes: int = 1200) -> li
 
 
 class Sent:
-    """What is sent to one viewer: numbers as they stand on the wire, going on without end here."""
+    """The packets sent to one viewer, with the numbers on the wire unwrapped."""
 
     def __init__(self) -> None:
         self._packetizer = Vp8Packetizer(picture_id=FIRST_ID, tl0_picidx=FIRST_BASE)
@@ -92,7 +92,7 @@ class Sent:
         self.sources: dict[int, Source] = {}
 
     def send(self, source: Source) -> Arrived:
-        """Send it and return it as it will arrive, if it does."""
+        """Send a picture and return it as it would arrive."""
         (payload,) = send(self._packetizer, source)
         descriptor, data = VpxPayloadDescriptor.parse(payload)
         assert data == source.data
@@ -114,10 +114,10 @@ class Sent:
     droppable=st.booleans(),
     first_less=st.sampled_from([0, 4]),
 )
-def test_a_picture_comes_together_again(
+def test_a_picture_is_reassembled(
     *, data: bytes, max_bytes: int, layer: int, sync: bool, droppable: bool, first_less: int
 ) -> None:
-    """Each payload fits, they have one size but the ends, all say the same but where it starts."""
+    """Payloads fit, have one size but the first and last, and differ only in the start flag."""
     packetizer = Vp8Packetizer(picture_id=0x7FFF, tl0_picidx=0xFF)
     payloads = packets(
         packetizer,
@@ -149,7 +149,7 @@ def test_a_picture_comes_together_again(
 
 
 def test_the_descriptor_is_as_the_rfc_draws_it() -> None:
-    """Every bit of RFC 7741, 4.2, also those that the other test's parser leaves out."""
+    """Every bit is as in RFC 7741, 4.2, including those that the other test's parser ignores."""
     packetizer = Vp8Packetizer(picture_id=0x1234, tl0_picidx=0x56)
     (payload,) = packets(
         packetizer, b"picture", layer=0, sync=False, droppable=False, keyframe=True, max_bytes=100
@@ -163,7 +163,7 @@ def test_the_descriptor_is_as_the_rfc_draws_it() -> None:
 
 @given(st.integers(0, 60), st.integers(32, 200))
 def test_a_keyframe_starts_with_its_whole_header(extra: int, max_bytes: int) -> None:
-    """Browsers read the size from the first packet: ten bytes of it (RFC 6386, 9.1)."""
+    """A keyframe's first packet has its whole ten-byte header, for its size (RFC 6386, 9.1)."""
     packetizer = Vp8Packetizer(picture_id=0, tl0_picidx=0)
     payloads = packets(
         packetizer,
@@ -177,8 +177,8 @@ def test_a_keyframe_starts_with_its_whole_header(extra: int, max_bytes: int) -> 
     assert len(payloads[0]) >= DESCRIPTOR_BYTES + 10
 
 
-def test_what_cannot_be_is_refused() -> None:
-    """A keyframe above layer 0, no room; and an empty picture takes no number."""
+def test_invalid_arguments_are_refused() -> None:
+    """A keyframe above layer 0 and a lack of room are refused; an empty picture takes no number."""
     packetizer = Vp8Packetizer(picture_id=5, tl0_picidx=5)
     source = pattern([True])[0]
     with pytest.raises(ValueError, match="layer 0"):
@@ -209,7 +209,7 @@ plans = st.lists(
 
 
 def decodable_and_sent(sources: Sequence[Source], fates: Sequence[str]) -> list[Source]:
-    """Leave out what a lane leaves out: upper layers, and whatever referred to one of them."""
+    """Return what a lane sends: without some upper layers, and all that refers to them."""
     sent: list[Source] = []
     there: set[int] = set()
     for source, fate in zip(sources, fates, strict=True):
@@ -221,12 +221,12 @@ def decodable_and_sent(sources: Sequence[Source], fates: Sequence[str]) -> list[
 
 
 @given(plans)
-def test_without_detours_what_can_be_decoded_is_handed_off_at_once(
+def test_in_order_decodable_pictures_are_handed_off_at_once(
     plan: list[tuple[bool, str, int]],
 ) -> None:
-    """However many upper pictures were left out or lost, the browser waits for none of them.
+    """However many upper-layer pictures were dropped or lost, the browser waits for none of them.
 
-    The one price: the last of four waits where one of its own four was lost.
+    One exception: the last of four waits if one of its own four was lost.
     """
     sources = pattern([keyframe for keyframe, _, _ in plan])
     fates = [fate for _, fate, _ in plan]
@@ -249,7 +249,7 @@ def test_without_detours_what_can_be_decoded_is_handed_off_at_once(
 def test_nothing_is_decoded_without_what_it_refers_to(
     plan: list[tuple[bool, str, int]],
 ) -> None:
-    """With losses, repeats that come late and packets overtaken; and the base is never stuck."""
+    """Losses, late retransmissions and reordering break no reference and never block layer 0."""
     sources = pattern([keyframe for keyframe, _, _ in plan])
     fates = [fate for _, fate, _ in plan]
     wire, receiver = Sent(), Receiver()
@@ -300,7 +300,7 @@ def _decoded(sources: Sequence[Source]) -> dict[int, NDArray[Any]]:
 
 @pytest.mark.parametrize("seed", [0, *at_length(*range(1, 6))])
 def test_what_the_browser_decodes_is_what_was_encoded(seed: int) -> None:
-    """Real pictures in many packets, upper ones left out and lost: each looks as it would alone."""
+    """With upper layers dropped and lost, each real picture decodes exactly as without losses."""
     random, sources = Random(seed), _encoded(80, {30, 53})
     whole = _decoded(sources)
     fates = [random.choice(["sent", "sent", "left out", "lost"]) for _ in sources]

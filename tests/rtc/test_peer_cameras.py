@@ -1,4 +1,4 @@
-"""A real peer on loopback with cameras beside the driving view."""
+"""A real peer on loopback with additional cameras."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Mode = Literal["one-port", "full-ice"]
 
 
 class Stuck(Pictures):
-    """Always has a picture, which never leaves."""
+    """Always has a picture that never leaves."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -36,7 +36,7 @@ class Stuck(Pictures):
 
 
 class Noticing(Events):
-    """Notes which camera's keyframe is wanted."""
+    """Records which camera's keyframe is wanted."""
 
     def moved(self) -> None: ...
 
@@ -51,7 +51,7 @@ class Joined:
         self.peer, self.lanes, self.events, self.answer = peer, lanes, events, answer
 
     async def sent(self, at: int, within_s: float = 10.0) -> bool:
-        """Whether pictures of this lane leave; 0 is the driving view."""
+        """Return whether pictures of this lane leave; 0 is the driving view."""
         sender = [self.peer._picture, *self.peer._cameras][at]
         before = sender._packets
         for _ in range(round(within_s / 0.02)):
@@ -65,7 +65,7 @@ class Joined:
 async def joined(
     *, offered: int, cameras: int, mode: Mode = "one-port", driving_view: Pictures | None = None
 ) -> AsyncIterator[Joined]:
-    """Join with room for so many pictures at a server with so many cameras."""
+    """Join with a page that offers so many pictures, at a server with so many cameras."""
     async with opened_network(mode) as opened:
         lanes = [driving_view or Pictures(), *(Pictures() for _ in range(cameras))]
         events, browser = Noticing(), RTCPeerConnection()
@@ -86,7 +86,7 @@ async def joined(
 
 @pytest.mark.parametrize("mode", ["one-port", "full-ice"])
 async def test_every_camera_is_sent_over_the_one_transport(mode: Mode) -> None:
-    """The driving view and two cameras leave, each with a source of its own."""
+    """The driving view and two cameras leave, each with its own SSRC."""
     async with joined(offered=3, cameras=2, mode=mode) as it:
         assert [await it.sent(at) for at in range(3)] == [True, True, True]
         assert len({one.ssrc for one in (it.peer._picture, *it.peer._cameras)}) == 3
@@ -94,7 +94,7 @@ async def test_every_camera_is_sent_over_the_one_transport(mode: Mode) -> None:
 
 
 async def test_a_page_with_room_for_fewer_gets_the_first() -> None:
-    """One that was loaded before the server had two gets the driving view and the first."""
+    """A page with room for one camera of two gets the driving view and the first."""
     async with joined(offered=2, cameras=2) as it:
         assert await it.sent(1)
         assert len(it.peer._cameras) == 1
@@ -103,7 +103,7 @@ async def test_a_page_with_room_for_fewer_gets_the_first() -> None:
 
 
 async def test_room_for_more_stays_empty() -> None:
-    """What has no camera here neither sends nor receives, whatever the page offers."""
+    """A section without a camera neither sends nor receives, whatever the page offers."""
     async with joined(offered=4, cameras=1) as it:
         assert [await it.sent(at) for at in range(2)] == [True, True]
         ways = re.findall(r"a=(sendonly|recvonly|sendrecv|inactive)", it.answer)
@@ -111,7 +111,7 @@ async def test_room_for_more_stays_empty() -> None:
 
 
 async def test_a_camera_gives_way_to_the_driving_view() -> None:
-    """While a picture of that one waits, no camera's leaves; when it has left, they go on."""
+    """While a driving-view picture waits, no camera's leaves; then cameras continue."""
     stuck = Stuck()
     async with joined(offered=2, cameras=1, driving_view=stuck) as it:
         assert not await it.sent(1, within_s=0.5)
@@ -119,8 +119,8 @@ async def test_a_camera_gives_way_to_the_driving_view() -> None:
         assert await it.sent(1)
 
 
-async def test_a_camera_s_losses_are_its_own() -> None:
-    """A request for a keyframe tells of which picture; the driving view's has no number."""
+async def test_a_keyframe_request_names_its_camera() -> None:
+    """A keyframe request names its camera, and none for the driving view."""
     async with joined(offered=3, cameras=2) as it:
         for sender, number in ((it.peer._picture, None), (it.peer._cameras[1], 1)):
             it.events.seen.clear()
@@ -130,7 +130,7 @@ async def test_a_camera_s_losses_are_its_own() -> None:
 
 
 async def test_a_failed_camera_sender_ends_its_own_peer() -> None:
-    """The viewer's room notices, and their page connects anew."""
+    """A failed camera sender ends its own peer, so that the page reconnects."""
     async with joined(offered=2, cameras=1) as it:
         it.peer._cameras[0]._fail(ValueError("broken"))
         assert not it.peer.is_alive

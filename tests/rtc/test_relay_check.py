@@ -1,4 +1,4 @@
-"""What is said of a relay that does not carry."""
+"""The diagnosis of a relay that does not work."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from tests.free_port import free_port
 from wax.rtc.relay_check import problem
 
 
-def test_a_relay_that_is_not_there_says_why() -> None:
-    """A port that nobody has, and a name that there is not."""
+def test_an_unreachable_relay_is_diagnosed() -> None:
+    """An unused port and an unknown name are each diagnosed."""
     port = free_port()
     told = problem(f"turn:127.0.0.1:{port}?transport=tcp", "me", "word")
     assert str(told).startswith(f"Nobody listens at 127.0.0.1:{port}")

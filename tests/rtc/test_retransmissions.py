@@ -1,4 +1,4 @@
-"""Sending again: as often as it can help, and no more."""
+"""Packets are retransmitted as often as it can help, and no more."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from wax.rtc.retransmissions import Retransmissions
 
 
 def _again(repeats: Retransmissions, number: int, round_trip_s: float | None, now_s: float) -> bool:
-    """Send a packet again if it is due."""
+    """Retransmit a packet if it is due."""
     due = repeats.is_due(number, round_trip_s, now_s)
     if due:
         repeats.sent(number, now_s)
     return due
 
 
-def test_a_copy_on_its_way_is_waited_for() -> None:
-    """Within a round trip of a copy no other is sent; afterwards the copy may be lost, too."""
+def test_no_second_copy_leaves_while_one_is_in_flight() -> None:
+    """No second copy is sent within a round trip; after that the first may be lost, too."""
     repeats = Retransmissions()
     assert _again(repeats, 7, 0.5, 10.0)
     assert not _again(repeats, 7, 0.5, 10.49)
@@ -26,15 +26,15 @@ def test_a_copy_on_its_way_is_waited_for() -> None:
     assert not _again(repeats, 7, 0.5, 10.9)
 
 
-def test_what_was_not_sent_stays_due() -> None:
-    """A copy for which the way had no room is due as soon as it is asked for again."""
+def test_a_refused_copy_stays_due() -> None:
+    """A copy that the link had no room for is due at the next request."""
     repeats = Retransmissions()
     assert repeats.is_due(7, 0.5, 10.0)
     assert repeats.is_due(7, 0.5, 10.1)
 
 
 def test_without_a_round_trip_nothing_is_held_back() -> None:
-    """At the start of a connection a picture must not wait for a measurement."""
+    """A picture at the start of a connection does not wait for a round trip measurement."""
     repeats = Retransmissions()
     assert _again(repeats, 7, None, 10.0)
     assert _again(repeats, 7, None, 10.1)
@@ -47,7 +47,7 @@ def test_without_a_round_trip_nothing_is_held_back() -> None:
 def test_copies_of_a_packet_are_a_round_trip_apart(
     asked: list[tuple[int, float]], round_trip_s: float
 ) -> None:
-    """Whatever is asked for, and however often."""
+    """Copies are a round trip apart, whatever is requested, and however often."""
     repeats, now_s = Retransmissions(), 100.0
     sent: dict[int, float] = {}
     for number, pause_s in asked:
@@ -58,8 +58,8 @@ def test_copies_of_a_packet_are_a_round_trip_apart(
             sent[number] = now_s
 
 
-def test_a_packet_is_sent_again_a_few_times_only() -> None:
-    """Whoever asks for one packet for ever gets five copies, and at most one each 20 ms."""
+def test_the_copies_of_a_packet_are_limited() -> None:
+    """Endless requests for one packet give five copies, at most one per 20 ms."""
     repeats = Retransmissions()
     sent = [n for n in range(4000) if _again(repeats, 7, 0.0, 10 + n / 4096)]
     assert sent == [0, 82, 164, 246, 328]
@@ -67,8 +67,8 @@ def test_a_packet_is_sent_again_a_few_times_only() -> None:
     assert _again(repeats, 7, 0.0, 21.0), "after minutes it is another packet's number"
 
 
-def test_what_was_sent_again_is_forgotten_at_last() -> None:
-    """Of thousands of packets the newest are remembered."""
+def test_old_retransmissions_are_forgotten() -> None:
+    """Of thousands of retransmitted packets the newest are remembered."""
     repeats = Retransmissions()
     for number in range(3000):
         assert _again(repeats, number, 0.5, 10.0)

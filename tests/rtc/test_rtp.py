@@ -1,4 +1,4 @@
-"""Packets and reports as they are on the wire, read by a parser that is not ours."""
+"""Packets and reports on the wire, read by a parser that is not ours."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_packet_is_read_as_it_was_meant(
     payload: bytes,
     transport_sequence: int | None,
 ) -> None:
-    """Header, transport-wide number and payload come out as they went in."""
+    """Header, transport-wide number and payload are read back unchanged."""
     ids = rtp.ExtensionIds(transport_sequence=3, playout_delay=5)
     packet = rtp.Packet(payload_type, sequence_number, ssrc, timestamp, marker, payload)
     data = packet.to_bytes(
@@ -64,8 +64,8 @@ def test_a_packet_is_read_as_it_was_meant(
 
 
 @given(st.integers(0, 4095), st.integers(0, 4095))
-def test_a_hold_back_is_two_times_twelve_bits(least: int, most: int) -> None:
-    """The playout delay is least and most in steps of 10 ms, beside the transport-wide number."""
+def test_a_playout_delay_is_two_times_twelve_bits(least: int, most: int) -> None:
+    """The playout delay is encoded as minimum and maximum in steps of 10 ms, after the number."""
     ids = rtp.ExtensionIds(transport_sequence=3, playout_delay=5)
     block = rtp.extension_block(
         ids, transport_sequence=7, playout_delay=rtp.PlayoutDelay(least, most)
@@ -76,7 +76,7 @@ def test_a_hold_back_is_two_times_twelve_bits(least: int, most: int) -> None:
     assert len(block) % 4 == 0
 
 
-def test_what_the_browser_does_not_take_is_left_out() -> None:
+def test_extensions_that_were_not_negotiated_are_left_out() -> None:
     """Without agreed extensions a packet has none, not even an empty block."""
     delay = rtp.PlayoutDelay(0, 0)
     assert rtp.extension_block(rtp.ExtensionIds(), transport_sequence=7, playout_delay=delay) == b""
@@ -84,7 +84,7 @@ def test_what_the_browser_does_not_take_is_left_out() -> None:
 
 @given(ntp=st.integers(0, 2**64 - 1), timestamp=UINT32, cname=st.text("abc-", max_size=40))
 def test_a_sender_report_is_read_as_it_was_meant(ntp: int, timestamp: int, cname: str) -> None:
-    """The two times, the counts and the name come out as they went in."""
+    """The two times, the counts and the name are read back unchanged."""
     data = rtp.sender_report(
         ssrc=9, ntp=ntp, timestamp=timestamp, packets=2**32 + 5, octets=77, cname=cname
     )
@@ -104,7 +104,7 @@ def test_ntp_begins_in_1900() -> None:
 
 
 def test_a_round_trip_longer_than_the_interval_of_reports_is_found() -> None:
-    """Answers to any of the last sixteen reports tell it, those to none of them nothing."""
+    """Reports on any of the last sixteen sender reports give a round trip, others give none."""
     times = SenderReportTimes()
     for second in range(20):
         times.sent((1000 + second) << 32, float(second))
@@ -115,7 +115,7 @@ def test_a_round_trip_longer_than_the_interval_of_reports_is_found() -> None:
 
 
 def test_old_packets_are_forgotten() -> None:
-    """As many are kept as a browser may ask for, of the last two seconds, and no more."""
+    """As many packets are kept as a browser may request, of the last two seconds, and no more."""
     history = RetransmissionBuffer()
 
     def kept(number: int) -> float | None:

@@ -1,4 +1,4 @@
-"""Offers: what delays the answer is left out, what cannot be answered gets a sentence."""
+"""Lines of an offer that delay the answer are removed; an unusable offer gets a sentence."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ GOOD = "\r\n".join(
 )
 
 
-def test_names_that_cannot_be_resolved_are_left_out() -> None:
-    """MDNS candidates and the end of candidates go, everything else stays in order."""
+def test_candidates_with_unresolvable_names_are_removed() -> None:
+    """Candidates with mDNS names and the end of candidates are removed, all else stays in order."""
     kept = clean_offer(GOOD).split("\r\n")
     dropped = [line for line in GOOD.split("\r\n") if line not in kept]
     assert [line.split(" ")[0] for line in dropped] == ["a=candidate:1", "a=end-of-candidates"]
@@ -65,7 +65,7 @@ def test_names_that_cannot_be_resolved_are_left_out() -> None:
         (GOOD + "m=audio 9 UDP/TLS/RTP/SAVPF 0\r\n", "one sound section, it has 2"),
     ],
 )
-def test_what_cannot_be_answered_gets_a_sentence(sdp: str, says: str) -> None:
+def test_an_unusable_offer_gets_a_sentence(sdp: str, says: str) -> None:
     """A bad offer is refused with the reason."""
     with pytest.raises(SignallingError, match=says):
         clean_offer(sdp)
@@ -75,11 +75,11 @@ BROWSERS = {
     path.stem: path.read_text(encoding="utf-8").replace("\n", "\r\n")
     for path in sorted((Path(__file__).parent / "offers").glob("*.sdp"))
 }
-"""What browsers offer this page, with all codecs that they have; Safari's made after its list."""
+"""Browsers' offers to this page, with all their codecs; Safari's was made from its list."""
 
 
 def _negotiated(offer: str, codecs: Codecs) -> list[object]:
-    """Return all on which aiortc's answer depends, and ours."""
+    """Return everything on which aiortc's answer and ours depend."""
     read = SessionDescription.parse(offer)
     found: list[object] = [read.group, read.msid_semantic]
     for media in read.media:
@@ -103,8 +103,8 @@ def _negotiated(offer: str, codecs: Codecs) -> list[object]:
 
 @pytest.mark.parametrize("codecs", [Codecs("opus", "vp8"), Codecs("pcmu", "h264")])
 @pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
-def test_what_is_left_out_changes_no_answer(browser: str, codecs: Codecs) -> None:
-    """What a browser writes of what nobody has goes; all on which an answer depends stays."""
+def test_removed_lines_change_no_answer(browser: str, codecs: Codecs) -> None:
+    """Removing lines about formats that nobody here has changes no answer."""
     offer = BROWSERS[browser]
     cleaned = clean_offer(offer, "fd00::2", codecs.names)
     assert is_firefox(cleaned) == (browser == "firefox")
@@ -113,7 +113,7 @@ def test_what_is_left_out_changes_no_answer(browser: str, codecs: Codecs) -> Non
 
 
 def test_a_picture_that_no_camera_can_fill_keeps_a_codec() -> None:
-    """It is answered, as inactive; without a codec no offer is."""
+    """A picture without a camera keeps a codec: aiortc answers no offer without one."""
     other = "m=video 9 x 98 99\r\na=rtpmap:98 VP9/90000\r\na=rtpmap:99 VP8/90000\r\n"
     cleaned = clean_offer(BROWSERS["chromium"] + other, None, {"opus", "h264"})
     assert cleaned.endswith("m=video 9 x 99\r\na=rtpmap:99 VP8/90000\r\n")
@@ -137,7 +137,7 @@ def test_a_codec_that_is_not_offered_is_named(browser: str) -> None:
 
 @pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
 def test_browsers_have_room_to_grow(browser: str) -> None:
-    """Half as many codecs and lines again, and 100 more candidates, are no reason to refuse."""
+    """Browsers may add half as many codecs and lines again, and 100 candidates."""
     new = "".join(f"a=rtpmap:{n} x/90000\r\na=rtcp-fb:{n} nack\r\n" for n in range(200, 225))
     new += "".join(f"a=candidate:{n} 1 udp 1 192.0.2.7 {n} typ host\r\n" for n in range(100))
     clean_offer(BROWSERS[browser].replace("m=application", new + "m=application"))
@@ -161,8 +161,8 @@ def _with(video: str) -> str:
         ("a=x\u2028" * 600, "more than 512 lines"),
     ],
 )
-def test_what_multiplies_the_parsers_work_is_refused(more: str, says: str) -> None:
-    """Repeated codecs, and feedback for all of them, do not reach aiortc."""
+def test_lines_that_multiply_the_parsers_work_are_refused(more: str, says: str) -> None:
+    """Repeated codecs, and feedback for every codec, do not reach aiortc."""
     with pytest.raises(SignallingError, match=says):
         clean_offer(_with(more))
 
@@ -179,7 +179,7 @@ MANY: dict[str, Callable[[int], str]] = {
 
 @pytest.mark.parametrize("what", MANY)
 def test_what_aiortc_reads_is_bounded(what: str) -> None:
-    """However many lines a stranger writes into five pictures."""
+    """The work of aiortc's parser is bounded, however many lines five pictures have."""
     line = MANY[what]
     more = "".join(line(n) + "\r\n" for n in range(75))
     picture = "m=video 9 UDP/TLS/RTP/SAVPF 96\r\na=rtpmap:96 VP8/90000\r\n" + more
@@ -191,43 +191,43 @@ def test_what_aiortc_reads_is_bounded(what: str) -> None:
 
 
 def test_a_page_has_room_for_cameras() -> None:
-    """Four beside the driving view, each with the lines that Chromium writes for one."""
+    """An offer may have four additional cameras, each with as many lines as Chromium writes."""
     camera = "m=video 9 UDP/TLS/RTP/SAVPF 96\r\n" + "a=x\r\n" * 103
     assert pictures(clean_offer(BROWSERS["chromium"] + camera * 4)) == 5
     assert pictures(clean_offer(GOOD)) == 1
 
 
 def test_each_section_has_its_own_payload_types() -> None:
-    """Sound and picture may each use a number, and each have feedback for all."""
+    """Sound and picture may use the same number, and each may have feedback for all codecs."""
     more = "a=rtpmap:96 x/90000\r\n" + "a=rtcp-fb:* nack\r\n" * 16
     clean_offer(GOOD.replace("m=video", more + "m=video").replace("m=app", more + "m=app"))
 
 
 @pytest.mark.parametrize("size", ["1", "100", "560", "65535"])
 @pytest.mark.parametrize("end", ["\r\n", "\n", "\u2028", "\r"])
-def test_a_page_that_takes_no_messages_is_refused(size: str, end: str) -> None:
-    """An offer with too small a message size is refused, whatever its line endings."""
+def test_an_offer_with_a_small_message_size_is_refused(size: str, end: str) -> None:
+    """An offer that allows only small messages is refused, whatever its line endings."""
     with pytest.raises(SignallingError, match=f"messages to {size} bytes"):
         clean_offer(GOOD + f"a=x{end}a=max-message-size:{size}\r\n")
 
 
 @pytest.mark.parametrize("size", ["0", "65536", "262144", "1073741823"])
-def test_a_page_that_takes_messages_is_not(size: str) -> None:
-    """What browsers tell passes, and so does none, and 0, which is without limit (RFC 8841)."""
+def test_browsers_message_sizes_are_accepted(size: str) -> None:
+    """Browsers' limits pass, and so do none and 0, which means no limit (RFC 8841)."""
     assert f"a=max-message-size:{size}" in clean_offer(GOOD + f"a=max-message-size:{size}\r\n")
     clean_offer(GOOD)
 
 
 @pytest.mark.parametrize("size", ["", "-1", "1e9", " 560", "5_60", "٥٦٠"])
 def test_a_message_size_that_is_no_number_is_refused(size: str) -> None:
-    """Nothing is left for aiortc to read in another way."""
+    """A malformed message size is refused, as aiortc might read it differently."""
     with pytest.raises(SignallingError, match="max-message-size that is not a number"):
         clean_offer(GOOD + f"a=max-message-size:{size}\r\n")
 
 
 @given(st.text(max_size=400) | st.text(max_size=400).map(lambda text: "v=0\n" + text))
 def test_any_text_is_cleaned_or_refused(text: str) -> None:
-    """No text whatever raises anything but a refusal."""
+    """No text raises anything but a refusal."""
     try:
         clean_offer(text)
     except SignallingError:

@@ -1,4 +1,4 @@
-"""What anybody may send to a peer's port, without having been admitted."""
+"""Datagrams that anybody can send to a peer's port without being admitted."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ DATAGRAMS = {
 
 
 async def test_a_strangers_datagram_ends_nobody(link: Link) -> None:
-    """Messages still come through after it, and nothing is thrown into the event loop."""
+    """After a stranger's datagram, messages still arrive and the event loop sees no error."""
     thrown: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _loop, what: thrown.append(what))
     for name, datagram in DATAGRAMS.items():
@@ -54,7 +54,7 @@ async def test_a_strangers_datagram_ends_nobody(link: Link) -> None:
         assert not thrown, name
 
 
-async def test_a_report_that_is_cut_off_is_left_aside(link: Link) -> None:
+async def test_a_truncated_report_is_ignored(link: Link) -> None:
     """A REMB that announces more streams than it names does not end its own sender's peer."""
     cut = RtcpPsfbPacket(fmt=15, ssrc=1, media_ssrc=0, fci=pack_remb_fci(10**6, [1, 2])[:-4])
     sound = link.peer._pc.getSenders()[0]
@@ -62,10 +62,10 @@ async def test_a_report_that_is_cut_off_is_left_aside(link: Link) -> None:
     assert await link.answers("still here")
 
 
-async def test_a_page_has_as_many_sources_as_it_needs(link: Link) -> None:
-    """Those that it makes up beyond that are not kept, and the first go on being heard.
+async def test_a_page_has_a_bounded_number_of_sources(link: Link) -> None:
+    """SSRCs beyond the limit are not kept, and the first ones continue to be heard.
 
-    Its own reports, which come as well, tell of another loss.
+    The page's own reports arrive as well, with another loss.
     """
     sound = link.peer._sound
     told = cast("Noted", link.peer._congestion).lost_

@@ -1,4 +1,4 @@
-"""A voice from a real peer on loopback, and what happens to one that nobody asked for."""
+"""A real peer's voice on loopback, and voices that were not negotiated."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ async def connected(
         answer = await agree(peer, browser)
         await events.wait("ready")
         left, held = weakref.ref(peer), [peer]
-        del peer  # whoever frees it must hold the only one
+        del peer  # the test must hold the only reference
         yield held.pop(), browser, answer
         if (one := left()) is not None:
             await one.close()
@@ -55,7 +55,7 @@ def of_sound(answer: str) -> str:
 
 
 async def test_a_voice_arrives_packet_by_packet() -> None:
-    """Each packet is handed over as it comes, without a thread and without 80 ms of prefetch."""
+    """Each packet is handed over on arrival, without a thread and without 80 ms of buffering."""
     heard: Heard = asyncio.Queue()
     async with connected("sendrecv", heard.put_nowait) as (peer, _, answer):
         assert "a=sendrecv" in of_sound(answer)
@@ -64,15 +64,15 @@ async def test_a_voice_arrives_packet_by_packet() -> None:
         for packet in packets:
             assert packet is not None
             assert packet.samples == 960
-            assert np.abs(decoder.decode(packet)).max() < 10  # its track is silent
+            assert np.abs(decoder.decode(packet)).max() < 10  # its track is silence
         numbers = [packet.timestamp for packet in packets if packet is not None]
         assert list(np.diff(numbers)) == [960] * 4
         assert peer._sound.transport._rtp_router.receivers == set()
         assert peer.is_alive
 
 
-async def test_a_page_that_does_not_speak_gets_what_it_got() -> None:
-    """To an offer that only receives the answer only sends, voice or not."""
+async def test_a_page_without_a_voice_gets_a_sendonly_answer() -> None:
+    """A page that offers only to receive sound gets a sendonly answer, voice or not."""
     heard: Heard = asyncio.Queue()
     async with connected("recvonly", heard.put_nowait) as (_, _, answer):
         assert "a=sendonly" in of_sound(answer)
@@ -80,7 +80,7 @@ async def test_a_page_that_does_not_speak_gets_what_it_got() -> None:
 
 
 async def test_without_voice_nothing_is_received() -> None:
-    """A server that has no speaker answers as it always did."""
+    """A server without a speaker answers sendonly and receives nothing."""
     async with connected("sendrecv", None) as (peer, _, answer):
         assert "a=sendonly" in of_sound(answer)
         transport = _transport(peer)
@@ -93,8 +93,8 @@ def _transport(peer: Peer) -> RTCDtlsTransport:
     return peer._sound.transport
 
 
-async def test_what_cannot_be_read_is_told() -> None:
-    """Bytes that are no packet of a voice never end the peer."""
+async def test_unreadable_packets_are_reported() -> None:
+    """Bytes that are no voice packet are reported, and never end the peer."""
     heard: Heard = asyncio.Queue()
     async with connected("sendrecv", heard.put_nowait) as (peer, _, _):
         await asyncio.wait_for(heard.get(), 5)
@@ -106,7 +106,7 @@ async def test_what_cannot_be_read_is_told() -> None:
 
 
 async def test_made_up_streams_are_not_remembered() -> None:
-    """A page that makes up an SSRC for each packet makes nothing grow."""
+    """A page that makes up an SSRC for each packet makes no table grow."""
     heard: Heard = asyncio.Queue()
     async with connected("sendrecv", heard.put_nowait) as (peer, _, _):
         await asyncio.wait_for(heard.get(), 5)
@@ -117,8 +117,8 @@ async def test_made_up_streams_are_not_remembered() -> None:
         assert transport._rtp_router.ssrc_table == {}
 
 
-async def test_a_closed_peer_with_a_voice_is_free_at_once() -> None:
-    """Its receiver keeps nothing alive."""
+async def test_a_closed_peer_with_a_voice_is_freed_at_once() -> None:
+    """A closed peer's receiver keeps nothing alive."""
     heard: Heard = asyncio.Queue()
     gc.disable()
     try:

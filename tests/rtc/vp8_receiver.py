@@ -1,6 +1,6 @@
-"""How libwebrtc decides which pictures a VP8 picture waits for, by its numbers alone.
+"""How libwebrtc decides from a VP8 picture's numbers which pictures it waits for.
 
-After its class RtpVp8RefFinder, in words of our own: what is handed off may be decoded.
+Modelled on its class RtpVp8RefFinder: pictures that are handed off may be decoded.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _REMEMBERED_BASES = 50
 
 @dataclass(frozen=True)
 class Arrived:
-    """One whole picture. Numbers are those of its descriptor, going on without end."""
+    """One whole picture, with the numbers of its descriptor, unwrapped."""
 
     picture_id: int
     tl0_picidx: int
@@ -24,7 +24,7 @@ class Arrived:
 
 @dataclass
 class Receiver:
-    """Takes pictures in the order of their arrival."""
+    """Receives pictures in the order of their arrival."""
 
     newest: int | None = None
     missing: set[int] = field(default_factory=set)
@@ -74,7 +74,7 @@ class Receiver:
         return self._hand_off(picture)
 
     def _wants(self, before: int | None, number: int) -> str:
-        """Judge one layer that the picture may refer to, by the newest of it."""
+        """Judge by its newest picture a layer that the picture may refer to."""
         if before is None:
             return "wait"
         if before >= number:

@@ -1,8 +1,8 @@
-"""Which addresses in an offer full ICE may check: each one gets packets from us. Pure.
+"""Filters an offer's candidates: full ICE sends packets to each address that it checks. Pure.
 
 An offer could name strangers, or machines in the server's own network that its sender cannot reach.
-What is left out costs no connection: the browser's own checks reveal its address (peer-reflexive,
-RFC 8445 7.3.1.3).
+Removing a candidate costs no connection: the browser's own checks reveal its address
+(peer-reflexive, RFC 8445 7.3.1.3).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 MAX_CANDIDATES: Final = 16
-"""A browser has a handful, with several networks and a relay a dozen."""
+"""A browser has a handful, or a dozen with several networks and a relay."""
 
 _PREFIX: Final = "a=candidate:"
 _LEAST_PARTS: Final = 8
@@ -34,17 +34,17 @@ _LOCAL: Final = tuple(
 )
 """Private, shared and link-local (RFC 1918, 6598, 3927, 4193, 4291)."""
 _NOBODY: Final = (ip_network("0.0.0.0/8"), ip_network("240.0.0.0/4"))
-"""Of "this" network, and reserved, with the broadcast address (RFC 1122, 1112)."""
+"""The "this" network, and the reserved range with the broadcast address (RFC 1122, 1112)."""
 
 _Ip = IPv4Address | IPv6Address
 
 
 def without_unwanted(lines: Iterable[str], sender: str | None) -> list[str]:
-    """Return the lines without the candidates that are not to be checked, and without the rest.
+    """Return the lines without unwanted candidates, and without those beyond `MAX_CANDIDATES`.
 
-    `sender` is the address that the offer came from, or its network; None if it is unknown. UDP
-    candidates are kept, at most `MAX_CANDIDATES`, whose address is a public one, in the sender's
-    own private network, or anywhere local if they are on this machine.
+    `sender` is the address that the offer came from, or its network; None if it is unknown. A UDP
+    candidate is wanted if its address is public or in the sender's own private network. A sender on
+    this machine may name any local address.
     """
     home = _home(sender)
     kept = []

@@ -1,4 +1,4 @@
-"""The one codec of a stream, for which aiortc would use the other end's first."""
+"""Restricts a stream to one codec; aiortc would use the other end's first."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def prefer(transceiver: RTCRtpTransceiver, codec: str) -> None:
-    """Negotiate this codec ("vp8") with its retransmissions, and no other."""
+    """Negotiate only this codec ("vp8") and its retransmissions."""
     kind = transceiver.kind
     transceiver.setCodecPreferences(
         [

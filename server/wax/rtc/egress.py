@@ -1,7 +1,7 @@
-"""The way out of one peer's media: protected in place (SRTP) and sent, without a coroutine.
+"""Protects one peer's media in place (SRTP) and sends it, without a coroutine.
 
-A picture's packets are written to one buffer, one after the other, and leave in as few system calls
-as the path allows. Knows nothing of aiortc.
+A picture's packets are written back to back into one buffer and leave in as few system calls as the
+path allows. Nothing here depends on aiortc.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _BUFFER_BYTES: Final = 65_507
 
 
 class MediaTransport(Protocol):
-    """The keys and the path of one peer."""
+    """The SRTP keys and the network path of one peer."""
 
     def protect(self, buffer: bytearray, at: int, size: int, *, is_rtcp: bool) -> int:
         """Protect the packet of `size` bytes at `at` in place; return its new size.
@@ -28,26 +28,26 @@ class MediaTransport(Protocol):
         ...
 
     def send(self, datagrams: memoryview, sizes: Sequence[int]) -> None:
-        """Send datagrams that lie one after the other; raises `ConnectionError` once closed."""
+        """Send datagrams stored back to back; raises `ConnectionError` once closed."""
         ...
 
 
 _buffer = bytearray(_BUFFER_BYTES)
-"""For all peers: they send from one thread, and never one inside another."""
+"""Shared by all peers: they send from one thread, and sends never nest."""
 _view = memoryview(_buffer)
 
 
 class Egress:
-    """Sends what belongs together as one."""
+    """Sends a group of packets in as few calls as possible."""
 
     def __init__(self, transport: MediaTransport) -> None:
         self._transport = transport
 
     def send(self, packets: Sequence[bytes], *, is_rtcp: bool = False) -> list[int]:
-        """Protect and send RTP packets, or compounds of RTCP; return the size of each datagram.
+        """Protect and send RTP packets, or RTCP compounds; return the size of each datagram.
 
-        Raises `ConnectionError` once the transport is closed, and `ValueError` for a packet that
-        no datagram can carry.
+        Raises `ConnectionError` once the transport is closed, and `ValueError` for a packet that no
+        datagram can carry.
         """
         sizes: list[int] = []
         first = at = 0
@@ -70,7 +70,8 @@ class Egress:
 def runs(sizes: Sequence[int], most: int) -> list[int]:
     """Group sizes into the fewest runs that UDP segmentation offload can send in one call.
 
-    All of a run have one size, but the last may be smaller. Returns how many each has, 1 to `most`.
+    All sizes of a run are equal, but the last may be smaller. Returns the length of each run, 1 to
+    `most`.
     """
     found: list[int] = []
     size, is_open = 0, False

@@ -1,9 +1,9 @@
-"""The lines of an offer on which our answer depends. Pure.
+"""Reduces an offer to the lines on which our answer depends. Pure.
 
-A browser writes up to 104 lines for a picture, most of them about codecs and extensions that nobody
-here has. aiortc reads each several times, looks every codec up in a list, and keeps it all as long
-as the peer lives. It gets 40 lines of a picture at most, whatever a stranger writes: no line
-repeats another, and where one may be given only once, the last counts, as in aiortc.
+A browser writes up to 104 lines for a picture, most of them about codecs and extensions that this
+server lacks. aiortc reads each line several times, looks every codec up in a list, and keeps it all
+as long as the peer lives. It gets at most 40 lines per picture, whatever a stranger writes: no line
+twice, and of an attribute that may be given only once, the last, as in aiortc.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ OURS: Final = frozenset({"opus", "pcmu", "vp8", "h264"})
 _H264: Final = "h264"
 _REPAIRS: Final = ("rtx", "red")
 _MOST_CODECS: Final = 4
-"""Of a section, besides their retransmissions; browsers have three of ours."""
+"""Per section, without their retransmissions; browsers offer three of ours."""
 _MOST_OFFERED: Final = 128
 """Per section: a payload type has 7 bits (RFC 3550, 5.1)."""
 _MOST_FINGERPRINTS: Final = 4
-"""Of a section, and above all; browsers write one, and a handshake computes each."""
+"""Per section, and at session level; browsers write one, and a handshake computes each."""
 _MOST_CANDIDATES: Final = 64
-"""Of a section; further ones are not even looked at."""
+"""Per section; further ones are ignored."""
 _MOST_CHARS: Final = 512
-"""Of a line that counts; browsers write 130."""
+"""Per kept line; browsers write 130."""
 _BEFORE_TYPES: Final = 3
-"""The parts of a section's first line before its payload types."""
+"""The fields of an m= line before its payload types."""
 
 _FEEDBACK: Final = frozenset({"nack", "nack pli", "goog-remb", "transport-cc"})
 _EXTENSIONS: Final = frozenset(
@@ -48,14 +48,14 @@ _ALONE: Final = (
 )
 _DIRECTIONS: Final = ("sendrecv", "sendonly", "recvonly", "inactive")
 _ONCE: Final = {one: one for one in _ALONE} | dict.fromkeys(_DIRECTIONS, "direction")
-"""Attributes of which one counts, each with what it tells."""
+"""Attributes of which only the last counts, each with the property that it sets."""
 _NUMBER: Final = re.compile(r"[0-9]{1,10}")
 
 
 def essential(lines: Iterable[str], codecs: Collection[str]) -> list[str]:
-    """Return these lines, section by section; raises `SignallingError`.
+    """Return the lines that matter, section by section; raises `SignallingError`.
 
-    `codecs` are those of ours that are sent; a section without any of them keeps the others.
+    `codecs` are those of ours that are sent; a section without any of them keeps our other ones.
     """
     kept: list[str] = []
     section = _Section("")
@@ -69,22 +69,22 @@ def essential(lines: Iterable[str], codecs: Collection[str]) -> list[str]:
 
 
 class _Section:
-    """A media section, or with an empty first line what stands above them all."""
+    """A media section, or the session level if the first line is empty."""
 
     def __init__(self, first: str) -> None:
         self._first = first
         self._lines: dict[str, str] = {}
-        """By what may be there once."""
+        """Keyed by the property that may be given only once."""
         self._names: dict[str, str] = {}
-        """Of all codecs, by payload type, as are the next two."""
+        """Names of all codecs, keyed by payload type like the next two."""
         self._codecs: dict[str, str] = {}
         self._formats: dict[str, str] = {}
         self._feedback: dict[str, str] = {}
-        """By all of the line, which has a payload type."""
+        """Payload types, keyed by the whole line."""
         self._several: dict[str, list[str]] = {"fingerprint": [], "candidate": []}
 
     def add(self, line: str) -> None:
-        """Take a line if it may count."""
+        """Store a line if it may matter."""
         if not line.startswith("a="):
             if line.startswith(("v=", "o=", "s=", "t=", "c=")):
                 self._lines[line[:2]] = line
@@ -113,7 +113,7 @@ class _Section:
             raise SignallingError(f"a section of the offer has more than {_MOST_OFFERED} codecs")
 
     def essential(self, codecs: Collection[str]) -> list[str]:
-        """Return what counts of all that came, the first line first."""
+        """Return the stored lines that matter, the m= line first."""
         fingerprints, candidates = self._several.values()
         if len(fingerprints) > _MOST_FINGERPRINTS:
             raise SignallingError(f"the offer has more than {_MOST_FINGERPRINTS} fingerprints")
@@ -128,25 +128,25 @@ class _Section:
         return [self._first_line(ours), *kept] if self._first else kept
 
     def _ours(self, codecs: Collection[str]) -> set[str]:
-        """Find the first payload types of these codecs."""
+        """Return the first payload types of these codecs."""
         found = (number for number, name in self._names.items() if name in codecs)
         return set(islice((one for one in found if self._is_sent(one)), _MOST_CODECS))
 
     def _is_sent(self, number: str) -> bool:
-        """Whether it is H.264 as we send it, if it is H.264."""
+        """Whether we send this format: of H.264, only baseline in packetization mode 1."""
         if self._names[number] != _H264:
             return True
         form = self._formats.get(number, "").lower()
         return "packetization-mode=1" in form and ("-level-id=" in form) <= ("-id=42" in form)
 
     def _repairs(self, ours: set[str]) -> set[str]:
-        """Find the retransmissions of our codecs, and redundant sound (RFC 4588, RFC 2198)."""
+        """Return our codecs' retransmissions (RFC 4588) and redundant sound (RFC 2198)."""
         found = (number for number, name in self._names.items() if name in _REPAIRS)
         repairs = (one for one in found if _repaired(self._formats.get(one, "")) in ours)
         return set(islice(repairs, 2 * _MOST_CODECS))
 
     def _first_line(self, ours: set[str]) -> str:
-        """Return the first line without the payload types of other codecs."""
+        """Return the m= line without the payload types of other codecs."""
         start = self._first.split(" ")
         return " ".join(
             start[:_BEFORE_TYPES]
@@ -155,13 +155,13 @@ class _Section:
 
 
 def whole_number(text: str, what: str) -> int:
-    """Read a number as every parser does; raises `SignallingError`."""
+    """Parse a number that every parser reads alike; raises `SignallingError`."""
     if _NUMBER.fullmatch(text) is None:
         raise SignallingError(f"the offer has a {what} that is not a number")
     return int(text)
 
 
 def _repaired(form: str) -> str:
-    """Return the payload type of which these are repairs, as `97 apt=96` and `63 111/111` say."""
+    """Return the payload type that this format repairs: 96 in `97 apt=96`, 111 in `63 111/111`."""
     what = form.rpartition(" ")[2]
     return what.removeprefix("apt=").partition("/")[0]

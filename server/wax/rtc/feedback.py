@@ -31,11 +31,11 @@ _TWO_BIT_SHIFTS: Final = tuple(range(12, -1, -2))
 
 
 class Feedback(NamedTuple):
-    """Feedback on so many consecutive `packets` from `sequence_number` (16 bits) on.
+    """Feedback on `packets` consecutive packets, the first of them `sequence_number` (16 bits).
 
-    `arrivals` has the packets that had arrived, in their order: how many stand before it, and
-    seconds on the browser's clock, which wraps after `PERIOD_S` and may be negative. A run of
-    packets that had not is a number in two bytes, so nothing here is made of it.
+    `arrivals` lists the packets that had arrived, in order: the offset from the first packet, and
+    seconds on the browser's clock, which wraps after `PERIOD_S` and may be negative. Missing
+    packets have no entry, because two bytes can announce thousands of them.
     """
 
     sequence_number: int
@@ -46,7 +46,7 @@ class Feedback(NamedTuple):
 def parse(packet: bytes) -> Feedback:
     """Parse one RTCP packet with its header; raises `ProtocolError` for anything but feedback.
 
-    The work is proportional to its bytes.
+    The work is proportional to the packet's length.
     """
     end = _checked_end(packet)
     count = packet[14] << 8 | packet[15]
@@ -65,7 +65,7 @@ def parse(packet: bytes) -> Feedback:
 
 
 def _checked_end(packet: bytes) -> int:
-    """Return where chunks and arrivals end, before any padding."""
+    """Return where the chunks and receive deltas end, before any padding."""
     if len(packet) < _HEADER_BYTES:
         raise ProtocolError("transport feedback that is too short")
     if packet[0] & ~0x20 != 0x80 | _FORMAT or packet[1] != _RTPFB:
@@ -79,9 +79,9 @@ def _checked_end(packet: bytes) -> int:
 
 
 def _arrived(packet: bytes, end: int, count: int) -> tuple[list[tuple[int, int]], int]:
-    """Return the place of each packet that arrived, and of how many bytes its time is.
+    """Return the offset of each packet that arrived, and the bytes of its receive delta.
 
-    And where the times start.
+    Also return where the receive deltas start.
     """
     if count == 0:
         raise ProtocolError("transport feedback about no packet")

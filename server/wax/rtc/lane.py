@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Encoded(Protocol):
-    """What an encoder made, its media time, and the capture time on the server's clock."""
+    """An encoder's output, its media time, and its capture time on the server's clock."""
 
     @property
     def data(self) -> bytes: ...
@@ -40,10 +40,10 @@ class LanePicture(Encoded, Protocol):
 
 
 class Lane(Protocol):
-    """Tells its sender when there is something to take."""
+    """Notifies its sender when there is something to send."""
 
     def listen(self, on_news: Callable[[], None]) -> None:
-        """Set the callback for when there is something to take, replacing the previous one."""
+        """Set the callback for when there is something to send, replacing the previous one."""
         ...
 
 
@@ -55,7 +55,7 @@ class SoundLane(Lane, Protocol):
         ...
 
     def offered(self, *, redundancy: bool) -> None:
-        """Learn whether the browser takes earlier sound once more (RFC 2198)."""
+        """Note whether the browser accepts redundant sound (RFC 2198)."""
         ...
 
     def earlier(self, sound: EncodedSound) -> Sequence[EncodedSound]:
@@ -68,7 +68,7 @@ class PictureLane(Lane, Protocol):
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing to take."""
+        """Whether there is nothing to send."""
         ...
 
     def take(self) -> LanePicture | None:

@@ -13,7 +13,7 @@ class LinkMonitor:
     """Heartbeat and round trip of one viewer, from their pings.
 
     Each ping names the last pong received and how long ago, so one exchange gives both ends the
-    round trip; the least of the last 10 s is the one without queueing.
+    round trip; the minimum of the last 10 s excludes queueing.
     """
 
     def __init__(self, now_s: float) -> None:
@@ -24,7 +24,7 @@ class LinkMonitor:
         """The newest round trip, with any queueing; None before the first."""
 
     def heard(self, now_s: float) -> None:
-        """Record that anything has arrived."""
+        """Record that something arrived."""
         self.heard_s = max(self.heard_s, now_s)
 
     def silence_s(self, now_s: float) -> float:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def local_addresses(interfaces: Collection[str] = ()) -> list[str]:
-    """Return the addresses of these interfaces, given by name or address; of all, if none is.
+    """Return the addresses of these interfaces, given by name or address; by default of all.
 
     Link-local IPv6 addresses need a scope, which an ICE candidate cannot have. A machine with only
     a loopback interface has 127.0.0.1.

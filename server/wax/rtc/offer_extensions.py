@@ -1,4 +1,4 @@
-"""Adds to aiortc's offer what it does not know: header extensions and the feedback. Pure.
+"""Adds header extensions and feedback that aiortc does not know to its offer. Pure.
 
 RFC 8285, 5; RFC 4585, 4.2.
 """
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _FIRST_ID: Final = 5
-"""aiortc uses the ones below."""
+"""aiortc uses the lower ones."""
 
 
 def with_extensions(offer: str, uris: Sequence[str]) -> str:
-    """Offer these extensions for sound and picture; feedback where packets are numbered for it."""
+    """Offer these extensions for sound and picture, and feedback if they number packets for it."""
     extensions = [f"a=extmap:{number} {uri}" for number, uri in enumerate(uris, _FIRST_ID)]
     has_feedback = TRANSPORT_SEQUENCE in uris
     lines: list[str] = []

@@ -1,4 +1,4 @@
-"""Whether a TURN server relays between two who ask it to, as it must where both ends use it."""
+"""Checks whether a TURN server relays between two clients, as it must if both ends use it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ async def _relay(
 ) -> None:
     loop = asyncio.get_running_loop()
     found = await loop.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
-    # TLS needs the name; aioice asks for an address by UDP.
+    # TLS needs the name; for UDP aioice needs an address.
     server = (host if scheme == "turns" else str(found[0][4][0]), port)
     ends = []
     try:
@@ -61,7 +61,7 @@ async def _relay(
             made = await turn.create_turn_endpoint(
                 _End, server, *secrets, ssl=scheme == "turns", transport=transport
             )
-            ends.append(made)  # the first is closed where the second fails
+            ends.append(made)  # at once, so that the first is closed if the second fails
         (first, one), (second, other) = ends
         pairs = ((first, second, other), (second, first, one))
         while not (one.heard.is_set() and other.heard.is_set()):
@@ -71,4 +71,4 @@ async def _relay(
     finally:
         for transport_, _end in ends:
             transport_.close()
-        await asyncio.sleep(0)  # the refresh that ends an allocation is sent
+        await asyncio.sleep(0)  # until the refresh that ends an allocation has left

@@ -12,9 +12,8 @@ if TYPE_CHECKING:
 _MOST: Final = 1024
 """Chromium requests packets up to about this far back (its NACK module: 1000)."""
 _KEPT_S: Final = 2.0
-"""Older packets are of no use to anybody: congestion control refuses them after 0.5 s and a round
-trip. A good rendition sends 150 packets/s, so time bounds the memory, and the number only a burst.
-"""
+"""Older packets are useless: congestion control refuses them after 0.5 s and a round trip. A good
+rendition sends 150 packets/s, so time bounds the memory, and the number only a burst."""
 
 
 class RetransmissionBuffer:

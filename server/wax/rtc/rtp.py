@@ -39,7 +39,7 @@ class ExtensionIds:
 
 @dataclass(frozen=True, slots=True)
 class PlayoutDelay:
-    """The least and the most hold-back of a picture, in steps of 10 ms (12 bits each)."""
+    """The minimum and maximum playout delay of a picture, in steps of 10 ms (12 bits each)."""
 
     least_10ms: int
     most_10ms: int
@@ -48,8 +48,8 @@ class PlayoutDelay:
 class Packet(NamedTuple):
     """One packet without its header extensions, which differ each time that it is sent.
 
-    `timestamp` is its RTP time. `playout_delay` and `captured_ntp` (64 bits) are what the
-    extensions are to say of it.
+    `timestamp` is its RTP time. `playout_delay` and `captured_ntp` (64 bits) are values for its
+    extensions.
     """
 
     payload_type: int
@@ -61,7 +61,7 @@ class Packet(NamedTuple):
     playout_delay: PlayoutDelay | None = None
     captured_ntp: int | None = None
     head: bytes = b""
-    """What comes before the payload: its descriptor, apart from what all viewers share."""
+    """The payload's descriptor, kept apart from what all viewers share."""
 
     def to_bytes(self, extensions: bytes) -> bytes:
         """Return it as it is sent; `extensions` as `extension_block` makes them, or empty."""

@@ -21,30 +21,29 @@ MAX_SDP_CHARS: Final = 32_768
 _MAX_LINES: Final = 512
 """Current browsers write 100 to 300, with all their codecs."""
 _MORE_LINES: Final = 128
-"""For each camera beside the driving view, of which the page offers some codecs only."""
+"""For each additional camera, for which the page offers only some codecs."""
 _MIN_MESSAGE_BYTES: Final = 65_536
-"""The default limit (RFC 8841, 6.1), and the least of any browser; the room with all its viewers is
+"""The default limit (RFC 8841, 6.1), and the least of any browser; a room with all its viewers is
 one message."""
 
 _SECTIONS: Final = {"m=audio": "sound", "m=video": "picture", "m=application": "data channel"}
 MAX_PICTURES: Final = 1 + MAX_CAMERAS
-"""The driving view, and the cameras beside it that a server can have."""
+"""The driving view, and the additional cameras that a server can have."""
 _MAX_SECTIONS: Final = 2 + MAX_PICTURES
 
 
 def clean_offer(sdp: str, sender: str | None = None, codecs: Collection[str] = OURS) -> str:
     """Check an offer and remove what would delay or block the answer, and what nobody reads.
 
-    Candidates that we have no business with go (`candidates.without_unwanted`); `sender` is the
-    address that the offer came from, `codecs` are those that the server has. Raises
-    `SignallingError`.
+    Unwanted candidates are removed (`candidates.without_unwanted`); `sender` is the address that
+    the offer came from, `codecs` are those that the server has. Raises `SignallingError`.
 
-    The work of aiortc's parser grows with codecs times lines, so it gets what counts of an offer
-    (`essential_lines`), and none that no browser sends.
+    The work of aiortc's parser grows with codecs times lines, so it gets only the lines that matter
+    (`essential_lines`), and no offer that no browser would send.
     """
     if len(sdp) > MAX_SDP_CHARS:
         raise SignallingError(f"the offer is longer than {MAX_SDP_CHARS} characters")
-    lines = [line for line in sdp.splitlines() if line]  # at the very places where aiortc does
+    lines = [line for line in sdp.splitlines() if line]  # split exactly where aiortc does
     if not lines or not lines[0].startswith("v=0"):
         raise SignallingError("the offer is not a session description: it does not begin with v=0")
     firsts = [line.partition(" ")[0] for line in lines if line.startswith("m=")]
@@ -73,7 +72,7 @@ def pictures(offer: str) -> int:
 def lacking(offer: str, codecs: Codecs) -> Sentence | None:
     """Say which of the server's codecs a checked offer lacks; None if it has them.
 
-    Only the driving view counts: a further camera may have no room.
+    Only the driving view counts: an additional camera may have no room.
     """
     if not _has(_sections(offer, "video")[0], codecs.video):
         return Sentence("request.no_video_codec", {"codec": codecs.video.upper()})
@@ -83,7 +82,7 @@ def lacking(offer: str, codecs: Codecs) -> Sentence | None:
 
 
 def takes(offer: str, picture: int, codec: str) -> bool:
-    """Whether this picture of a checked offer, 0 for the driving view, may have this codec."""
+    """Whether this picture of a checked offer, 0 for the driving view, may use this codec."""
     return _has(_sections(offer, "video")[picture], codec)
 
 

@@ -1,4 +1,4 @@
-"""Ask a STUN server under which address it sees this machine (RFC 8489)."""
+"""Asks a STUN server at which address it sees this machine (RFC 8489)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wax.unreachable import Target, why
 
 DEFAULT_PORT: Final = 3478
 _TRIES_S: Final = (0.5, 1.0, 1.5)
-"""Request again after RTO and twice that (6.2.1), but do not wait for the full 40 s."""
+"""Retransmit after the RTO and twice that (6.2.1), but do not wait for the full 40 s."""
 _MAX_BYTES: Final = 1500
 
 
@@ -37,7 +37,7 @@ def public_address(server: str) -> str:
 def ask(server: str) -> StunAnswer:
     """Ask `server`, as ``HOST`` or ``HOST:PORT``; raises `StunError`.
 
-    Blocks for 3 s at most, and as long as the name takes.
+    Blocks for at most 3 s plus the name's lookup.
     """
     host, port = split(server)
     try:

@@ -1,4 +1,4 @@
-"""Reads the packets of a voice that a page sends (pure; RFC 3550, 5.1, and RFC 7587)."""
+"""Parses the voice packets that a page sends (RFC 3550, 5.1, and RFC 7587). Pure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _FIXED_BYTES: Final = 12
 
 
 def read(data: bytes, payload_type: int) -> VoicePacket | None:
-    """Parse a decrypted packet of RTP; None for one of another kind than `payload_type`, Opus.
+    """Parse a decrypted RTP packet; None if its payload type is not `payload_type`, Opus.
 
     Raises `ProtocolError`.
     """

@@ -1,4 +1,4 @@
-"""Cutting one picture into pieces of about one size. Pure."""
+"""Splits one picture into pieces of about one size. Pure."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ MIN_PACKET_BYTES: Final = 32
 
 
 Payload = tuple[bytes, bytes]
-"""A payload: a head that is one viewer's, and a piece of the picture, which all of them share."""
+"""A payload: one viewer's own header, and a piece of the picture that all viewers share."""
 
 _CUT: Final = 64
-"""How many pictures' pieces are kept for the next viewer: a few renditions, cut in a few ways."""
+"""How many split pictures are cached for the next viewer: a few renditions, split in a few ways."""
 
 
 @lru_cache(_CUT)
 def split_evenly(data: bytes, max_bytes: int, first_less: int = 0) -> tuple[bytes, ...]:
-    """Cut into the fewest pieces of at most `max_bytes`, all of one size but the ends.
+    """Split into the fewest pieces of at most `max_bytes`, all of one size but the first and last.
 
-    The first is shorter by `first_less`, for what its header has more; the last takes what is left,
-    by less than a byte a piece. Packets of one size leave in one call; a small last one would cost
-    a whole header, and tell the estimator less. `max_bytes` is at least twice `first_less`, and 1;
-    no data gives no pieces. The same pieces are given again to whoever cuts the same.
+    The first is shorter by `first_less`, which makes room for its longer header; the last is
+    shorter by less than a byte per piece. Packets of one size leave in one call; a small last one
+    would cost a whole header, and tell the estimator less. `max_bytes` is at least twice
+    `first_less`, and 1; empty data gives no pieces. Equal arguments return the cached pieces.
     """
     whole = len(data) + first_less
     count = -(-whole // max_bytes)

@@ -2,10 +2,10 @@
 
 The browser decodes by these numbers. libwebrtc assumes that a picture of layer 0 depends on the one
 whose TL0PICIDX is one less; a picture with the layer sync bit only on the layer 0 with the same
-TL0PICIDX; any other on the newest picture of every layer up to its own, and it holds that one back
-while a PictureID after its layer 0 is missing. So PictureIDs count what was *sent*: pictures
-dropped on purpose leave no gap, lost pictures do, and a picture held back for one delays no later
-one.
+TL0PICIDX; and any other picture on the newest one of every layer up to its own. It holds the last
+kind back while a PictureID since its layer 0 is missing. So PictureIDs count only pictures that
+were *sent*: intentional drops leave no gap, losses do, and a picture held back for a loss delays no
+later one.
 """
 
 from __future__ import annotations
@@ -25,11 +25,7 @@ _SYNC: Final = 0x20
 
 
 class Vp8Packetizer:
-    """Packetises what one viewer is sent; a new one for each RTP stream.
-
-    `picture_id` (15 bits) and `tl0_picidx` (8 bits) are the numbers of the first picture and of
-    the first one of layer 0; RFC 7741 wants the former random.
-    """
+    """Packetises the pictures sent to one viewer; each RTP stream needs a new one."""
 
     def __init__(self, *, picture_id: int, tl0_picidx: int) -> None:
         self._picture_id = picture_id & 0x7FFF
@@ -51,12 +47,12 @@ class Vp8Packetizer:
 
         The first is shorter by `first_less` (`split_evenly`).
 
-        `layer` is the temporal layer, 0 to 3. `sync` says that the picture depends on the newest
-        of layer 0 only, `droppable` that no other depends on it. Call it for pictures that are
-        sent, in their order, and only where all that a picture depends on was sent before: the
-        numbers hide what was left out. A picture depends on nothing from before the newest of
-        layer 0 but by way of that one. Raises `ValueError` for a keyframe above layer 0, which
-        browsers throw away, and for `max_bytes` below 32.
+        `layer` is the temporal layer, 0 to 3. `sync` says that the picture depends on the newest of
+        layer 0 only, `droppable` that no other depends on it. Call it for each picture that is
+        sent, in order, and only if every picture that it depends on was sent: the numbers hide what
+        was left out. A picture may depend on pictures before the newest of layer 0 only through
+        that one. Raises `ValueError` for a keyframe above layer 0, which browsers throw away, and
+        for `max_bytes` below 32.
         """
         if keyframe and layer:
             raise ValueError("a keyframe belongs to layer 0")
@@ -76,9 +72,9 @@ class Vp8Packetizer:
     def _numbered_layer(self, layer: int, sync: bool) -> int:
         """Return the layer that the picture is numbered in, and remember it.
 
-        Where nothing of its own layer was sent since layer 0, a picture is numbered one lower,
-        which is all that it can depend on. Else the browser would look for its own layer further
-        back, past any loss since, and keep back picture after picture.
+        If nothing of its own layer was sent since layer 0, a picture is numbered in the highest
+        layer that was, the highest it can depend on. Otherwise the browser would search for its own
+        layer further back, past any loss since, and hold back picture after picture.
         """
         if layer == 0:
             self._tl0_picidx = (self._tl0_picidx + 1) & 0xFF
