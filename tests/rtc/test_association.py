@@ -1,4 +1,4 @@
-"""A page that misuses its association: the work stays bounded, and only that peer ends."""
+"""A page that abuses its SCTP association causes bounded work, and only its own peer ends."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ MANY: Final = 2_000
 
 
 class _Together(Chunk):
-    """Chunks that come in one packet."""
+    """Chunks that arrive in one packet."""
 
     def __init__(self, chunks: Sequence[Chunk]) -> None:
         self._chunks = chunks
@@ -93,11 +93,11 @@ class Link:
     def kept(self) -> int:
         return sum(len(one.reassembly) for one in self.ours._inbound_streams.values())
 
-    async def take(self, chunk: Chunk) -> None:
-        """Let the chunk come, alone in a packet, without the noise of a wire."""
-        await self.take_packet(chunk)
+    async def receive(self, chunk: Chunk) -> None:
+        """Receive the chunk, alone in a packet, without a network."""
+        await self.receive_packet(chunk)
 
-    async def take_packet(self, *chunks: Chunk) -> None:
+    async def receive_packet(self, *chunks: Chunk) -> None:
         tag = 0 if isinstance(chunks[0], InitChunk) else self.ours._local_verification_tag
         await self.ours._handle_data(serialize_packet(5000, 5000, tag, _Together(chunks)))
 
@@ -106,7 +106,7 @@ class Link:
         return not self.peer.is_alive
 
     async def answers(self, text: str) -> bool:
-        """Tell whether a message still comes through."""
+        """Return whether a message still arrives."""
         self.state.send(text)
         async with asyncio.timeout(10):
             while ("received state", text) not in self.events.seen:
@@ -150,18 +150,18 @@ async def link() -> AsyncIterator[Link]:
 
 @pytest.mark.parametrize("begins", [FIRST, 0])
 @pytest.mark.parametrize("order", [UNORDERED, 0])
-async def test_a_message_that_never_ends_ends_its_peer(link: Link, begins: int, order: int) -> None:
-    """Of 2,000 fragments 65 are kept, the rest is not looked at, and the peer is closed."""
+async def test_endless_fragments_end_their_peer(link: Link, begins: int, order: int) -> None:
+    """Of 2,000 fragments 65 are kept, the rest is ignored, and the peer is closed."""
     tsn, most = link.next_tsn(), 0
     for number in range(MANY):
-        await link.take(link.data(tsn + number, flags=order | (0 if number else begins)))
+        await link.receive(link.data(tsn + number, flags=order | (0 if number else begins)))
         most = max(most, link.kept)
     assert most == 65
     assert await link.ends()
 
 
-async def test_over_a_real_wire_only_that_peer_ends() -> None:
-    """Another viewer's messages go on while the fragments come."""
+async def test_over_a_real_connection_only_that_peer_ends() -> None:
+    """Another viewer's messages arrive while the fragments come."""
     async with opened() as bad, opened() as good:
         tsn = bad.next_tsn()
         for number in range(200):
@@ -170,21 +170,21 @@ async def test_over_a_real_wire_only_that_peer_ends() -> None:
         assert await good.answers("still here")
 
 
-async def test_few_fragments_that_are_large_end_it_too(link: Link) -> None:
-    """More than 64 KiB do not wait for the rest of a message."""
+async def test_large_fragments_end_their_peer(link: Link) -> None:
+    """A peer ends when more than 64 KiB wait for the rest of a message."""
     tsn, size = link.next_tsn(), 1150
     for number in range(64):
         text = bytes(size)
-        await link.take(link.data(tsn + number, flags=0 if number else FIRST, text=text))
+        await link.receive(link.data(tsn + number, flags=0 if number else FIRST, text=text))
     assert link.kept == 65_536 // size + 1
     assert await link.ends()
 
 
-async def test_messages_behind_one_that_never_comes_end_it(link: Link) -> None:
-    """Whole messages whose turn never comes are not kept without bound either."""
+async def test_messages_waiting_for_a_missing_one_end_their_peer(link: Link) -> None:
+    """Whole messages that wait behind a missing one are not kept without bound either."""
     tsn = link.next_tsn()
     for number in range(MANY):
-        await link.take(link.data(tsn + number, flags=FIRST | LAST, sequence=1000))
+        await link.receive(link.data(tsn + number, flags=FIRST | LAST, sequence=1000))
     assert link.kept == 64 + 256 + 1
     assert await link.ends()
 
@@ -199,29 +199,29 @@ async def test_the_longest_message_arrives(link: Link, channel: str) -> None:
     assert await link.answers("after it")
 
 
-async def test_what_is_far_ahead_of_a_missing_chunk_is_not_taken_yet(
+async def test_chunks_far_ahead_of_a_gap_are_not_accepted_yet(
     link: Link, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Behind a gap no more than 256 are noted; once it is closed, everything goes on."""
+    """At most 256 chunks are accepted behind a gap; once it is closed, all others follow."""
     missing = link.next_tsn()
     for number in range(1, 1000):
-        await link.take(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
+        await link.receive(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
     assert len(link.ours._sack_misordered) == 256
     sent = await _sent(link, monkeypatch)
-    await link.take(link.data(missing + 1000, flags=FIRST | LAST | UNORDERED))
+    await link.receive(link.data(missing + 1000, flags=FIRST | LAST | UNORDERED))
     await async_until(lambda: [type(one) for one in sent] == [SackChunk])
-    await link.take(link.data(missing, flags=FIRST | LAST | UNORDERED))
+    await link.receive(link.data(missing, flags=FIRST | LAST | UNORDERED))
     assert link.ours._last_received_tsn == (missing + 256) % 2**32
-    await link.take(link.data(missing + 257, flags=FIRST | LAST | UNORDERED))
+    await link.receive(link.data(missing + 257, flags=FIRST | LAST | UNORDERED))
     assert link.ours._last_received_tsn == (missing + 257) % 2**32
     assert link.peer.is_alive
 
 
 @pytest.mark.parametrize(("length", "datagrams"), [(10, 1), (1150, 2)])
-async def test_what_is_to_be_acknowledged_leaves_with_data(
+async def test_acknowledgements_are_bundled_with_data(
     link: Link, length: int, datagrams: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In one datagram where both fit into it, and not once more after that."""
+    """DATA carries a waiting acknowledgement, once, if both fit in a datagram."""
     sent: list[bytes] = []
     send = link.ours.transport._send_data
 
@@ -230,7 +230,7 @@ async def test_what_is_to_be_acknowledged_leaves_with_data(
         await send(data)
 
     assert await link.answers("before it")
-    await asyncio.sleep(0.3)  # until the last acknowledgement has left
+    await asyncio.sleep(0.3)  # lets the last acknowledgement leave
     monkeypatch.setattr(link.ours.transport, "_send_data", kept)
     assert await link.answers("to be acknowledged")
     link.peer.send("state", "y" * length)
@@ -241,40 +241,40 @@ async def test_what_is_to_be_acknowledged_leaves_with_data(
     assert len(sent) == datagrams
 
 
-async def test_an_acknowledgement_of_what_was_not_sent_ends_it(link: Link) -> None:
-    """Gaps of millions of numbers are not gone through one by one."""
+async def test_gaps_beyond_what_was_sent_end_the_peer(link: Link) -> None:
+    """Gaps of millions of TSNs are not iterated over."""
     sack = SackChunk()
     sack.cumulative_tsn = (link.ours._local_tsn - 1) % 2**32
     sack.advertised_rwnd = 100_000
     sack.gaps = [(2, 65_535)] * 4000
-    await link.take(sack)
+    await link.receive(sack)
     assert await link.ends()
 
 
-async def test_an_acknowledgement_of_what_comes_later_ends_it(link: Link) -> None:
-    """Nobody can have received what has no number yet."""
+async def test_an_acknowledgement_of_unsent_tsns_ends_the_peer(link: Link) -> None:
+    """An acknowledgement of TSNs not sent yet ends the peer."""
     sack = SackChunk()
     sack.cumulative_tsn = (link.ours._local_tsn + 5) % 2**32
     sack.advertised_rwnd = 100_000
-    await link.take(sack)
+    await link.receive(sack)
     assert await link.ends()
 
 
-async def test_gaps_in_what_was_sent_are_none(link: Link) -> None:
-    """A page that has lost some of ours may say so."""
+async def test_gaps_in_what_was_sent_are_accepted(link: Link) -> None:
+    """A page that has lost some of our chunks may report the gaps."""
     first = (link.ours._local_tsn - 1) % 2**32
     for _ in range(4):
         link.peer.send("state", "y")
     await async_until(lambda: link.ours._local_tsn == (first + 5) % 2**32)
     sack = SackChunk()
     sack.cumulative_tsn, sack.advertised_rwnd, sack.gaps = first, 100_000, [(2, 2), (4, 4)]
-    await link.take(sack)
+    await link.receive(sack)
     assert link.peer.is_alive
     assert await link.answers("it goes on")
 
 
 async def test_a_parameter_of_no_length_is_refused(link: Link) -> None:
-    """A packet whose parameters would be read for ever is dropped, and the peer lives."""
+    """A packet whose parsing would never end is dropped, and the peer lives."""
     chunk = HeartbeatChunk()
     chunk.params = [(1, b"")]
     tag = link.ours._local_verification_tag
@@ -287,8 +287,8 @@ async def test_a_parameter_of_no_length_is_refused(link: Link) -> None:
     assert await link.answers("it goes on")
 
 
-async def test_a_page_with_more_channels_than_it_needs_ends(link: Link) -> None:
-    """Eight may be open at once, not nine."""
+async def test_too_many_channels_end_the_peer(link: Link) -> None:
+    """A page may have eight channels, not nine."""
     for number in range(6):
         link.page.createDataChannel(f"more {number}")
     assert await link.answers("eight")
@@ -297,7 +297,7 @@ async def test_a_page_with_more_channels_than_it_needs_ends(link: Link) -> None:
 
 
 async def _sent(link: Link, monkeypatch: pytest.MonkeyPatch) -> list[Chunk]:
-    """Return what our end sends from now on, for what comes from now on; nothing of it leaves."""
+    """Return a list that collects what our end sends in future; nothing of it leaves."""
     await async_until(lambda: not link.ours._sack_needed)
     sent: list[Chunk] = []
 
@@ -344,38 +344,38 @@ async def test_a_packet_gets_one_answer_no_longer_than_itself(
     chunks: Callable[[Link], list[Chunk]],
     answers: int,
 ) -> None:
-    """However much in it wants one; and afterwards the association goes on."""
+    """A packet with many requests gets one short answer, and the association continues."""
     sent = await _sent(link, monkeypatch)
     packet = chunks(link)
-    await link.take_packet(*packet)
+    await link.receive_packet(*packet)
     assert len(sent) == answers
     assert sum(len(bytes(one)) for one in sent) <= sum(len(bytes(one)) for one in packet)
     monkeypatch.undo()
     assert await link.answers("it goes on")
 
 
-async def test_whoever_shuts_it_down_is_gone_without_an_answer(
+async def test_a_shutdown_ends_without_an_answer(
     link: Link, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Hundreds of SHUTDOWNs get none, nor is one sent again later."""
+    """Hundreds of SHUTDOWNs get no answer, neither at once nor later."""
     sent = await _sent(link, monkeypatch)
-    await link.take_packet(*[ShutdownChunk(0, bytes(4))] * 100)
-    await link.take(HeartbeatChunk())
+    await link.receive_packet(*[ShutdownChunk(0, bytes(4))] * 100)
+    await link.receive(HeartbeatChunk())
     assert await link.ends()
     assert not sent
 
 
-async def test_an_acknowledgement_is_no_longer_than_what_it_is_for(
+async def test_a_sack_is_no_longer_than_what_it_acknowledges(
     link: Link, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With hundreds of gaps and duplicates as few are named as there came bytes."""
+    """Of hundreds of gaps, a SACK lists only as many as the size of what it acknowledges allows."""
     missing = link.next_tsn()
     for number in range(2, 400, 2):
-        await link.take(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
+        await link.receive(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
     sent = await _sent(link, monkeypatch)
     for size, gaps in ((1, 1), (100, 25), (1000, 199)):
         duplicate = link.data(missing + 2, flags=FIRST | LAST | UNORDERED, text=bytes(size))
-        await link.take_packet(*[duplicate])
+        await link.receive_packet(*[duplicate])
         await async_until(lambda: bool(sent))
         sack = sent.pop()
         assert isinstance(sack, SackChunk)
@@ -384,19 +384,19 @@ async def test_an_acknowledgement_is_no_longer_than_what_it_is_for(
         assert not sent
 
 
-async def test_what_goes_beyond_a_packet_comes_again(link: Link) -> None:
-    """Of more chunks than a page's packet has the first are taken, the others when sent again."""
+async def test_excess_chunks_are_handled_when_retransmitted(link: Link) -> None:
+    """Of too many chunks in one packet the first are handled, and the others when retransmitted."""
     first = link.next_tsn()
     many = [link.data(first + n, flags=FIRST | LAST | UNORDERED) for n in range(58)]
-    await link.take_packet(*many)
+    await link.receive_packet(*many)
     assert link.ours._last_received_tsn == (first + 31) % 2**32
-    await link.take_packet(*many[32:])
+    await link.receive_packet(*many[32:])
     assert link.ours._last_received_tsn == (first + 57) % 2**32
 
 
 @given(st.lists(st.integers(-5, 40), max_size=60), st.sampled_from([7, 2**32 - 12, 2**31 - 9]))
-def test_numbers_are_noted_as_aiortc_notes_them(numbers: list[int], start: int) -> None:
-    """In any order, repeated, and around the end of the numbers."""
+def test_tsns_are_recorded_as_by_aiortc(numbers: list[int], start: int) -> None:
+    """TSNs are recorded as aiortc does in any order, repeated, and across the wrap."""
     ours = cast("Any", SimpleNamespace())
     theirs: Any = RTCSctpTransport.__new__(RTCSctpTransport)
     for one in (ours, theirs):
@@ -405,7 +405,7 @@ def test_numbers_are_noted_as_aiortc_notes_them(numbers: list[int], start: int) 
     for number in numbers:
         tsn = (start + number) % 2**32
         is_known = theirs._mark_received(tsn)
-        # aiortc sorts the bare numbers, so that it stops where they begin again.
+        # aiortc sorts the wrapped TSNs, so it stops where they wrap.
         while (theirs._last_received_tsn + 1) % 2**32 in theirs._sack_misordered:
             theirs._last_received_tsn = (theirs._last_received_tsn + 1) % 2**32
             theirs._sack_misordered.discard(theirs._last_received_tsn)
@@ -415,8 +415,8 @@ def test_numbers_are_noted_as_aiortc_notes_them(numbers: list[int], start: int) 
 
 
 @given(st.lists(st.integers(0, 300), unique=True, max_size=60), st.sampled_from([7, 2**32 - 90]))
-def test_chunks_wait_in_their_order(numbers: list[int], start: int) -> None:
-    """Whatever comes first, and around the end of the numbers."""
+def test_chunks_are_kept_in_tsn_order(numbers: list[int], start: int) -> None:
+    """Chunks are kept in TSN order, whichever comes first, and across the wrap."""
     stream = InboundStream()
     for number in numbers:
         chunk = DataChunk()
@@ -433,32 +433,30 @@ def test_chunks_wait_in_their_order(numbers: list[int], start: int) -> None:
         pytest.param(51, b"\xff", id="a text that is none"),
     ],
 )
-async def test_what_aiortc_stumbles_over_ends_its_peer_alone(
+async def test_an_error_of_aiortc_ends_only_its_peer(
     link: Link, protocol: int, text: bytes
 ) -> None:
-    """Nothing is thrown into the event loop, and other viewers do not notice."""
+    """An error of aiortc's reaches neither the event loop nor other viewers."""
     chunk = link.data(link.next_tsn(), flags=FIRST | LAST | UNORDERED, text=text)
     chunk.protocol = protocol
     async with opened() as other:
-        await link.take(chunk)
+        await link.receive(chunk)
         assert await link.ends()
         assert await other.answers("still here")
 
 
-async def test_streams_that_are_only_named_count(link: Link) -> None:
-    """Giving up messages of thousands of streams makes none of them."""
+async def test_forward_tsn_creates_no_streams(link: Link) -> None:
+    """Abandoning messages of thousands of streams creates none of these."""
     chunk = ForwardTsnChunk()
     chunk.cumulative_tsn = link.next_tsn()
     chunk.streams = [(number, 0) for number in range(4000)]
-    await link.take(chunk)
+    await link.receive(chunk)
     assert await link.ends()
 
 
 @pytest.mark.parametrize("is_closed", [True, False])
-async def test_what_is_sent_while_dtls_closes_is_lost_in_silence(
-    link: Link, is_closed: bool
-) -> None:
-    """No task of aiortc ends with an error that nobody retrieves, nor is anything repeated."""
+async def test_sending_while_dtls_closes_fails_silently(link: Link, is_closed: bool) -> None:
+    """While DTLS closes, no task's error goes unretrieved, and nothing is retransmitted."""
     told: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, context: told.append(context))
     sctp, dtls = link.ours, cast("Any", link.ours.transport)

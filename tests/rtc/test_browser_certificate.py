@@ -1,4 +1,4 @@
-"""Which certificates a browser may show: its own, which it has signed itself, and no chain."""
+"""A browser's certificate must be self-signed; chains are refused."""
 
 from __future__ import annotations
 
@@ -74,24 +74,24 @@ def _sent(one: SSL.Connection) -> bytes:
         return b""
 
 
-def test_what_a_browser_has_signed_itself_is_taken() -> None:
-    """A certificate of the usual curve, alone, completes the handshake."""
+def test_a_self_signed_certificate_is_accepted() -> None:
+    """A self-signed certificate of the usual curve completes the handshake."""
     key = ec.generate_private_key(ec.SECP256R1())
     assert shakes_hands(key, [signed("me", key, "me", key)])
 
 
-def test_no_chain_is_built() -> None:
-    """A certificate that another one signs is refused before any signature is verified."""
+def test_a_certificate_chain_is_refused() -> None:
+    """A certificate signed by another is refused before any signature is verified."""
     key, other = (ec.generate_private_key(ec.SECP256R1()) for _ in range(2))
     chain = [signed("me", key, "other", other), signed("other", other, "third", other)]
     with pytest.raises(SSL.Error, match="certificate verify failed"):
         shakes_hands(key, chain)
 
 
-async def test_a_server_that_the_host_names_may_show_a_chain() -> None:
-    """Where pictures are published, the certificate may be one that an authority has signed."""
+async def test_a_configured_server_may_show_a_chain() -> None:
+    """The media server to which pictures are published may show a certificate of an authority."""
     pc = RTCPeerConnection()
-    private.knows_other_end(pc)
+    private.mark_other_end_known(pc)
     key, other = (ec.generate_private_key(ec.SECP256R1()) for _ in range(2))
     chain = [signed("me", key, "other", other), signed("other", other, "third", other)]
     assert shakes_hands(key, chain, getattr(pc, private._CERTIFICATES)[0])
@@ -102,8 +102,8 @@ async def test_a_server_that_the_host_names_may_show_a_chain() -> None:
     ("exponent", "bits", "is_taken"),
     [(65537, 2048, True), (2**32 + 1, 2048, False), (65537, 4104, False)],
 )
-def test_a_key_that_costs_much_is_refused(exponent: int, bits: int, is_taken: bool) -> None:
-    """An RSA key may be as long as browsers have them, with an exponent as small as theirs."""
+def test_an_expensive_key_is_refused(exponent: int, bits: int, is_taken: bool) -> None:
+    """An RSA key is accepted only with a size and an exponent like browsers' own."""
     made = rsa.RSAPublicNumbers(exponent, 2**bits - 1).public_key()
     key = ec.generate_private_key(ec.SECP256R1())
     certificate = (
@@ -143,6 +143,6 @@ def message(kind: int, length: int, fragment: bytes) -> bytes:
     ],
 )
 def test_a_long_certificate_does_not_reach_openssl(data: bytes, is_long: bool) -> None:
-    """Each of its fragments says how long the whole is, wherever it stands in a datagram."""
+    """A long certificate is detected by any of its fragments, anywhere in a datagram."""
     assert datagram.is_plausible(data)
     assert datagram.has_long_certificate(data) is is_long

@@ -1,4 +1,4 @@
-"""What a browser's datagram costs the event loop: bounded by its bytes, whatever it announces."""
+"""A browser's datagram costs the event loop no more than its bytes warrant."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ OFFERS: Final = Path(__file__).parent / "offers"
 IN_FLIGHT: Final = 2500
 """Five seconds of the largest rendition."""
 MOST: Final = 250_000
-"""Instructions for a datagram, little more than a millisecond; one of 28 feedbacks took millions,
-and most of these take a tenth."""
+"""Instructions per datagram, little more than a millisecond; 28 feedbacks in one took millions, and
+most of these take a tenth."""
 
 
 def _rtcp(kind: int, count: int, body: bytes) -> bytes:
@@ -83,14 +83,14 @@ DATAGRAMS: Final[dict[str, Callable[[int], bytes]]] = {
 
 @pytest.mark.parametrize("name", DATAGRAMS)
 def test_rtcp_costs_what_its_bytes_cost(name: str) -> None:
-    """With five seconds in flight, at first and when it is repeated."""
+    """RTCP has a bounded cost with five seconds in flight, at first and when repeated."""
     private.install()
     page = _Page()
     first = page.tap._transmissions._next
     for number in range(IN_FLIGHT):
         page.clock.time_s += 0.0015
-        page.tap.mark(1200, page.clock.time_s, kind="video", train=number // 5)
-        page.tap.left(1200, page.clock.time_s, has_feedback=True)
+        page.tap.number_packet(1200, page.clock.time_s, kind="video", train=number // 5)
+        page.tap.count_media(1200, page.clock.time_s, has_feedback=True)
     datagram = DATAGRAMS[name](first)
     assert len(datagram) <= 1200
     for _ in range(5):
@@ -141,19 +141,19 @@ async def link() -> AsyncIterator[Link]:
 
 @pytest.mark.parametrize("name", PACKETS)
 async def test_sctp_costs_what_its_bytes_cost(link: Link, name: str) -> None:
-    """With 200 chunks waiting for one that is missing, some of them for their turn."""
+    """SCTP has a bounded cost with 200 chunks waiting for a missing one, some out of turn."""
     for number in range(1, 201):
         chunk = _data(link, number, flags=FIRST | LAST, turn=1000)
-        await link.take(chunk)
+        await link.receive(chunk)
     packet = PACKETS[name](link)
     for _ in range(3):
         with counted() as steps:
-            await link.take_packet(*packet)
+            await link.receive_packet(*packet)
         assert steps.count < MOST
 
 
-async def test_an_answer_of_five_pictures_takes_no_long_pass() -> None:
-    """What an offer costs is spread over passes of the event loop, in which others go on."""
+async def test_answering_five_pictures_takes_no_long_pass() -> None:
+    """The work of an offer is spread over passes of the event loop that others share."""
     offer = (OFFERS / "chromium.sdp").read_text().replace("\n", "\r\n")
     head, sound, picture, rest = re.split(r"(?=m=)", offer)
     further = [picture.replace("a=mid:1", f"a=mid:{n}") for n in range(3, 7)]

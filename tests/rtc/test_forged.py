@@ -1,4 +1,4 @@
-"""Datagrams with a viewer's own address and port as sender, from somebody who has no key."""
+"""Forged datagrams with a viewer's address and port, from somebody without the keys."""
 
 from __future__ import annotations
 
@@ -74,17 +74,17 @@ AFTER_KEYS: Final = {
 
 
 def _hand_in(link: Link) -> Callable[[bytes], None]:
-    """Return what is called with each datagram that comes by the path of this viewer."""
+    """Return the function that receives each datagram on this viewer's path."""
     connection: Any = link.ours.transport.transport._connection
     if isinstance(connection, LiteConnection):
         path = connection._agent.selected
         assert path is not None
-        return lambda data: connection.datagram(data, path)
+        return lambda data: connection.handle_datagram(data, path)
     return lambda data: connection.data_received(data, 1)
 
 
-async def _stands(link: Link) -> None:
-    """Assert that it is connected as before, and heard."""
+async def _assert_connected(link: Link) -> None:
+    """Assert that it is still connected and heard."""
     assert await link.answers(f"still here {len(link.events.seen)}")
     assert link.peer.is_alive
     assert link.peer._pc.connectionState == "connected"
@@ -92,8 +92,8 @@ async def _stands(link: Link) -> None:
 
 
 @pytest.mark.parametrize("mode", MODES)
-async def test_what_has_no_key_ends_and_alters_nothing(mode: Mode) -> None:
-    """Of any kind and length, alone and all together, the viewer stays as they are."""
+async def test_forged_datagrams_change_nothing(mode: Mode) -> None:
+    """Forged datagrams of any kind and length, alone or together, change nothing for the viewer."""
     async with opened(mode) as link:
         forged = tuple((BEFORE_KEYS | AFTER_KEYS).values())
         told: list[bytes] = []
@@ -108,15 +108,17 @@ async def test_what_has_no_key_ends_and_alters_nothing(mode: Mode) -> None:
         for data in forged:
             hand_in(data)
             await asyncio.sleep(0)
-        await _stands(link)
-        # The browser's own reports come meanwhile; without its tag a forged one would be shorter.
+        await _assert_connected(link)
+        # The browser's own reports arrive meanwhile; a forged one, without a tag, would be shorter.
         assert not [one for one in told if any(data.startswith(one) for data in forged)]
 
 
 @pytest.mark.parametrize("mode", MODES)
-async def test_nor_while_keys_are_agreed_on(mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before each datagram of the browser's there comes one of every kind."""
-    lite, full = LiteConnection.datagram, private._data_received
+async def test_forged_datagrams_do_not_break_the_handshake(
+    mode: Mode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A handshake completes although each of its datagrams is preceded by one of every kind."""
+    lite, full = LiteConnection.handle_datagram, private._data_received
     forged = 0
 
     def lite_datagram(self: LiteConnection, data: bytes, path: Any) -> None:
@@ -133,18 +135,16 @@ async def test_nor_while_keys_are_agreed_on(mode: Mode, monkeypatch: pytest.Monk
             full(self, one, component)
         full(self, data, component)
 
-    monkeypatch.setattr(LiteConnection, "datagram", lite_datagram)
+    monkeypatch.setattr(LiteConnection, "handle_datagram", lite_datagram)
     monkeypatch.setattr(private, "_data_received", full_datagram)  # `install` puts it in place
     async with opened(mode) as link:
-        await _stands(link)
+        await _assert_connected(link)
     assert forged > 3 * len(BEFORE_KEYS)
 
 
 @pytest.mark.parametrize("mode", MODES)
-async def test_what_was_overheard_does_nothing_when_it_comes_again(
-    mode: Mode, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """All that this browser has sent, from its handshake on, in its order and in the reverse."""
+async def test_replayed_datagrams_do_nothing(mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Replaying all that a browser has sent, in order or reversed, does nothing."""
     heard: list[bytes] = []
     take = private._Guard.__call__
 
@@ -156,23 +156,23 @@ async def test_what_was_overheard_does_nothing_when_it_comes_again(
     monkeypatch.setattr(private._Guard, "__call__", overheard)
     async with opened(mode) as link:
         await link.answers("once")
-        await asyncio.sleep(0.5)  # it may have reported by then, too
+        await asyncio.sleep(0.5)  # lets it send reports, too
         hand_in = _hand_in(link)
         captured = list(heard)
         assert {data[0] for data in captured} >= {22, 23}
         for data in [*captured, *reversed(captured)]:
             hand_in(data)
             await asyncio.sleep(0)
-        await _stands(link)  # what that takes comes behind all the others
+        await _assert_connected(link)  # its messages arrive behind all the others
         again = [text for what, text in link.events.seen if what == "received state"]
         assert again.count("once") == 1
 
 
 @pytest.mark.parametrize("mode", MODES)
-async def test_what_a_library_stumbles_over_without_a_key_ends_nobody(
+async def test_a_library_error_on_forged_data_ends_nobody(
     mode: Mode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever it raises, the next datagram is handled."""
+    """Whatever a library raises, the next datagram is handled."""
     async with opened(mode) as link:
         take = link.ours.transport._rx_srtp
 
@@ -187,20 +187,20 @@ async def test_what_a_library_stumbles_over_without_a_key_ends_nobody(
             _hand_in(link)(BEFORE_KEYS["RTP with a wrong tag"])
         await asyncio.sleep(0.05)
         monkeypatch.setattr(link.ours.transport, "_rx_srtp", take)
-        await _stands(link)
+        await _assert_connected(link)
 
 
 @pytest.mark.parametrize("name", BEFORE_KEYS)
-def test_what_cannot_be_genuine_is_dropped_first(name: str) -> None:
-    """Only what needs a key to be told apart reaches the libraries."""
+def test_implausible_datagrams_are_dropped_first(name: str) -> None:
+    """Datagrams that are recognisably forged do not reach the libraries."""
     assert is_plausible(BEFORE_KEYS[name]) == (
         name in ("RTP with a wrong tag", "RTCP with a wrong tag", "RTP that announces extensions")
     )
 
 
 @given(st.binary(max_size=2000), st.sampled_from([20, 21, 22, 23, 25, 26]), st.integers(1, 3))
-def test_records_of_any_kind_are_let_through_whole(body: bytes, kind: int, many: int) -> None:
-    """As long as they fit into one datagram, and none is an alert in the clear."""
+def test_whole_records_of_any_kind_pass(body: bytes, kind: int, many: int) -> None:
+    """DTLS records of any kind pass if they fit one datagram and none is a plaintext alert."""
     record = _record(kind, body, epoch=0 if kind == 22 else 1)
     whole = record * many
     assert is_plausible(whole) == (len(body) > 0 and len(whole) <= MAX_BYTES)
@@ -209,6 +209,6 @@ def test_records_of_any_kind_are_let_through_whole(body: bytes, kind: int, many:
 
 @given(st.binary(max_size=60))
 def test_nothing_is_raised(data: bytes) -> None:
-    """Bytes of any kind are plausible or not."""
+    """Any bytes are either plausible or not; nothing is raised."""
     for start in (b"", b"\x16\xfe", b"\x17\xfe\xfd\x00\x01", b"\x80", b"\x80\xc9"):
         is_plausible(start + data)

@@ -1,4 +1,4 @@
-"""A real peer on loopback: media, channels, keyframe requests and the end of it."""
+"""A real peer on loopback: media, channels, keyframe requests and its end."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Noted(CongestionControl):
 
 
 class Ticking:
-    """Has a small packet every 10 ms, and tells of it."""
+    """Offers a small packet every 10 ms, and notifies its listener."""
 
     def __init__(self) -> None:
         self.number = 0
@@ -89,7 +89,7 @@ class Ticking:
         self._on_news = on_news
 
     def _has_one(self) -> bool:
-        """Whether there is one; then there is none for 10 ms."""
+        """Return whether a packet is available, and then offer none for 10 ms."""
         if self.is_empty:
             return False
         self.is_empty = True
@@ -108,7 +108,7 @@ class Ticking:
 
 
 class Sounds(Ticking):
-    """A lane of sound; `again` is what goes once more with each."""
+    """A lane of sound; `again` is repeated with each packet."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -137,7 +137,7 @@ class Pictures(Ticking):
 
 @dataclass
 class Events:
-    """Notes what the peer tells."""
+    """Records the peer's events."""
 
     seen: list[tuple[str, object]] = field(default_factory=list)
     news: asyncio.Event = field(default_factory=asyncio.Event)
@@ -181,7 +181,7 @@ class Events:
 
 
 def peer_of(network: Network, events: Events, **more: Any) -> Peer:
-    """Make one that always has pictures and sound; `more` is what is otherwise with it."""
+    """Return a peer that always has pictures and sound; `more` overrides its arguments."""
     private.install()
     options: dict[str, Any] = {
         "meter": rich_meter(),
@@ -235,7 +235,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
         codecs = Codecs(audio="opus", video=codec)
         peer = peer_of(opened, events, codecs=codecs, video=lane, congestion=congestion)
         made = Pair(events, peer, browser, channels, lane, congestion)
-        del peer  # whoever frees it must hold the only one
+        del peer  # the test must hold the only reference
         await agree(made.peer, browser)
         await events.wait("ready")
         await async_until(lambda: all(one.readyState == "open" for one in channels.values()))
@@ -261,7 +261,7 @@ async def test_messages_go_both_ways(pair: Pair) -> None:
 async def test_the_rtp_clock_is_the_one_on_the_wire(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Capture times reckoned from the told RTP clock are those of the packets on the wire."""
+    """Capture times computed from the reported RTP clock are those of the packets on the wire."""
     told = await pair.events.wait("clock video")
     assert isinstance(told, tuple)
     rtp, captured_s = told
@@ -284,7 +284,7 @@ async def test_the_rtp_clock_is_the_one_on_the_wire(
 
 
 def _wire(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> asyncio.Queue[bytes]:
-    """Have what both senders send from now on, before it would be protected."""
+    """Collect what both senders send in future, before it is protected."""
     wire: asyncio.Queue[bytes] = asyncio.Queue()
 
     def kept(packets: Sequence[bytes], *, is_rtcp: bool = False) -> list[int]:
@@ -298,7 +298,7 @@ def _wire(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> asyncio.Queue[bytes]:
 
 
 async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
-    """Ask ten times for one packet that was sent; return the copies that were sent of it."""
+    """Send ten NACKs for one packet; return the copies that were sent."""
     sender = pair.peer._picture
     wire = _wire(pair, monkeypatch)
     while (packet := RtpPacket.parse(await asyncio.wait_for(wire.get(), 5))).ssrc != sender._ssrc:
@@ -309,7 +309,7 @@ async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[
     monkeypatch.setattr(sender, "_round_trip_s", lambda: 60.0)
     for _ in range(10):
         await sender.transport._handle_rtcp_data(bytes(asked))
-        await async_until(lambda: not sender._asked_for)
+        await async_until(lambda: not sender._requested)
     while not wire.empty():
         data = wire.get_nowait()
         if is_rtcp(data):
@@ -320,10 +320,10 @@ async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[
     return copies
 
 
-async def test_a_lost_packet_is_sent_again_once_a_round_trip(
+async def test_a_lost_packet_is_retransmitted_once_per_round_trip(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A browser that asks ten times for one packet gets one copy, not ten."""
+    """A browser that requests one packet ten times gets one copy, not ten."""
     assert len(await _asked_ten_times(pair, monkeypatch)) == 1
 
 
@@ -336,17 +336,17 @@ async def test_a_full_link_gets_no_retransmissions(
 
 
 @pytest.mark.parametrize("pair", MODES[:1], ids="-".join, indirect=True)
-async def test_a_browser_that_has_another_address_goes_on(
+async def test_a_browser_that_changes_its_address_continues(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By the same peer, without an offer: what it sends from there moves all that it is sent."""
+    """Data from the browser's new address moves all its traffic there, without a new offer."""
     monkeypatch.setattr(lite_agent, "_QUIET_S", 0.0)
     hub = pair.peer._network._hub
     receive, send = hub.received, hub.send
     home = next(iter(hub._paths)).host
 
     def received(number: int, data: bytes, _host: str, port: int) -> None:
-        if not data.startswith(b"\0\1"):  # no check of its own
+        if not data.startswith(b"\0\1"):  # not a check of its own
             receive(number, data, ELSEWHERE, port)
 
     def sent(path: LocalPath, data: bytes) -> None:
@@ -367,8 +367,8 @@ async def test_a_browser_that_has_another_address_goes_on(
     assert await asyncio.wait_for(got.get(), 5) == "hello"
 
 
-async def test_before_and_after_a_connection_nobody_moves(pair: Pair) -> None:
-    """While it connects a browser may try one address after another."""
+async def test_only_a_connected_browser_can_move(pair: Pair) -> None:
+    """A browser that is not connected has not moved: it may try one address after another."""
     await pair.peer.close()
     pair.peer._moved()
     assert "moved" not in dict(pair.events.seen)
@@ -387,7 +387,7 @@ async def test_a_closed_link_holds_pictures_but_not_sound(pair: Pair) -> None:
 
 @in_both_modes
 async def test_every_datagram_is_counted(pair: Pair) -> None:
-    """Sound, pictures, reports and messages all spend the viewer's budget, headers and all."""
+    """Sound, pictures, reports and messages all count against the budget, including headers."""
     pair.congestion.sent_bytes.clear()
     pair.peer.send("state", "x" * 500)
 
@@ -399,10 +399,10 @@ async def test_every_datagram_is_counted(pair: Pair) -> None:
     assert min(sent(is_media=True)) > 65 + 12 + 28
 
 
-async def test_what_is_not_told_of_is_sent_as_such(
+async def test_a_stream_without_feedback_is_counted_so(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the browser tells of the picture alone, sound and reports are not waited for."""
+    """If the browser gives feedback on pictures alone, none is expected on sound and reports."""
     assert pair.congestion.told_bytes == []
     monkeypatch.setattr(pair.peer._picture, "_ids", rtp.ExtensionIds(transport_sequence=7))
     pair.congestion.sent_bytes.clear()
@@ -415,8 +415,8 @@ async def test_what_is_not_told_of_is_sent_as_such(
     assert min(pair.congestion.told_bytes) > min(all_bytes)
 
 
-async def test_losses_are_told_with_their_stream(pair: Pair) -> None:
-    """A receiver report on the sound is the sound's, one on the picture the picture's."""
+async def test_losses_are_reported_per_stream(pair: Pair) -> None:
+    """A receiver report's loss is attributed to the stream it is about, sound or picture."""
     peer = pair.peer
     for sender, fraction in ((peer._sound, 64), (peer._picture, 32)):
         about = RtcpReceiverInfo(sender._ssrc, fraction, 9, 1, 0, 0, 0)
@@ -424,10 +424,8 @@ async def test_losses_are_told_with_their_stream(pair: Pair) -> None:
     assert pair.congestion.lost_[-2:] == [("audio", 0.25), ("video", 0.125)]
 
 
-async def test_sound_carries_what_may_be_lost_again(
-    pair: Pair, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Earlier sound goes with the next packets where the browser takes that (RFC 2198)."""
+async def test_sound_repeats_earlier_sound(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Earlier sound is repeated with later packets if the browser accepts that (RFC 2198)."""
     sender = pair.peer._sound
     wire = _wire(pair, monkeypatch)
     monkeypatch.setattr(sender, "_extra_payload_type", 63)
@@ -444,23 +442,23 @@ async def test_sound_carries_what_may_be_lost_again(
     assert b"before" in read.payload
 
 
-async def test_a_browser_without_redundancy_is_told_of(pair: Pair) -> None:
-    """Where the offer has no redundant sound the lane learns that none will be sent."""
+async def test_the_lane_learns_of_missing_redundancy(pair: Pair) -> None:
+    """If the offer has no redundant sound, the lane learns that none will be sent."""
     lane = pair.peer._sound._lane
     assert isinstance(lane, Sounds)
     assert lane.takes_redundancy is False
 
 
-async def test_a_report_tells_the_time_of_capture(
+async def test_a_sender_report_has_the_time_of_capture(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A sender report pairs now with the RTP time of what is captured now, not sent now."""
+    """A sender report pairs now with the RTP time captured now, not sent now."""
     sender = pair.peer._picture
     wire = _wire(pair, monkeypatch)
     # The newest picture left just now and was captured a second ago.
     set_s = monotonic()
     monkeypatch.setattr(sender, "_newest", (450_000, set_s - 1.0))
-    monkeypatch.setattr(sender, "_left", lambda *_: None)
+    monkeypatch.setattr(sender, "_note_sent", lambda *_: None)
     while True:
         data = await asyncio.wait_for(wire.get(), 5)
         report = RtcpPacket.parse(data)[0] if is_rtcp(data) else None
@@ -471,9 +469,9 @@ async def test_a_report_tells_the_time_of_capture(
 
 
 async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
-    """What the browser tells of packets is matched with what was sent."""
+    """The browser's feedback is matched with the packets that were sent."""
     tap = pair.peer._tap
-    number = tap.mark(100, monotonic(), kind="audio", train=None)
+    number = tap.number_packet(100, monotonic(), kind="audio", train=None)
     assert number is not None
     # One packet, received 0.25 ms after the reference time (draft-holmer-rmcat, 3.1).
     feedback = struct.pack("!BBHLLHHLHBB", 0x8F, 205, 5, 1, 2, number, 1, 1 << 8, 1 << 13 | 1, 1, 0)
@@ -483,18 +481,18 @@ async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
     assert told[-1].arrived_s is not None
 
 
-async def test_feedback_that_cannot_be_read_is_counted(pair: Pair) -> None:
-    """Feedback that promises more than it has is told as refused, and the peer lives on."""
+async def test_unreadable_feedback_is_reported(pair: Pair) -> None:
+    """Feedback that announces more than it contains is reported as refused, and the peer lives."""
     feedback = struct.pack("!BBHLLHHLH", 0x8F, 205, 4, 1, 2, 7, 500, 1 << 8, 1 << 13 | 1)
     await pair.peer._sound.transport._handle_rtcp_data(feedback.ljust(20, b"\0"))
     await pair.events.wait("feedback refused")
     assert pair.peer.is_alive
 
 
-async def test_a_report_that_cannot_be_made_ends_the_peer(
+async def test_a_failing_sender_report_ends_the_peer(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A sender whose reports fail is no half-living one: its peer ends, the viewer comes back."""
+    """A sender whose reports fail does not linger: its peer ends, and the viewer reconnects."""
 
     def broken(**_: object) -> bytes:
         raise ValueError("no report")
@@ -508,7 +506,7 @@ async def test_a_report_that_cannot_be_made_ends_the_peer(
 
 
 async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:
-    """PLI, which aiortc forgets for packet tracks, reaches the encoder."""
+    """A PLI, which aiortc ignores for packet tracks, reaches the encoder."""
     sender = pair.peer._picture
     asked = RtcpPsfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc)
     await sender.transport._handle_rtcp_data(bytes(asked))
@@ -516,8 +514,8 @@ async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:
 
 
 @in_both_modes
-async def test_a_page_that_closes_is_noticed_at_once(pair: Pair) -> None:
-    """When the page closes its peer, ours is closed too and says so once."""
+async def test_a_closing_page_is_noticed_at_once(pair: Pair) -> None:
+    """When the page closes its peer, ours closes too and reports that once."""
     await pair.browser.close()
     await pair.events.wait("closed")
     await pair.peer.close()
@@ -528,7 +526,7 @@ async def test_a_page_that_closes_is_noticed_at_once(pair: Pair) -> None:
 async def test_a_close_that_fails_still_ends_the_peer(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever aiortc raises at the end, the viewer is told that their peer is gone."""
+    """Whatever aiortc raises on closing, the viewer learns that their peer is gone."""
     close = pair.peer._pc.close
 
     async def failing() -> None:
@@ -540,7 +538,7 @@ async def test_a_close_that_fails_still_ends_the_peer(
     await pair.events.wait("closed")
 
 
-async def test_no_outside_host_is_asked() -> None:
+async def test_no_outside_host_is_contacted() -> None:
     """Without configured ICE servers there are none, not aiortc's public default."""
     peer = peer_of(network(), Events(), congestion=CongestionControl())
     connection = peer._senders["video"].transport.transport.iceGatherer._connection
@@ -556,8 +554,8 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
 
 @in_both_modes
 @pytest.mark.parametrize("state", ["unanswered", "connected", "unsent"])
-async def test_a_closed_peer_is_free_at_once(pair: Pair, state: str) -> None:
-    """It does not wait for the collector, whose full run stops the event loop."""
+async def test_a_closed_peer_is_freed_at_once(pair: Pair, state: str) -> None:
+    """A closed peer is freed without the garbage collector, whose full run stops the event loop."""
     if state != "unanswered":
         peer, pair.peer, pair.events = pair.peer, peer_of(network(), Events()), Events()
     else:
@@ -586,10 +584,10 @@ def _offer(browser: str) -> str:
 
 
 @pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
-async def test_what_browsers_offer_is_answered_and_parsed_once(
+async def test_a_browsers_offer_is_answered_and_parsed_once(
     browser: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The answer has all three sections, and the work of parsing the offer was done once."""
+    """The answer has all three sections, and the offer is parsed only once."""
     parsed: list[str] = []
     parse = SessionDescription.parse
 
@@ -608,7 +606,7 @@ async def test_what_browsers_offer_is_answered_and_parsed_once(
 
 
 async def test_garbage_is_refused_with_a_sentence() -> None:
-    """An offer that aiortc stumbles over is a refusal, and leaves nothing open."""
+    """An offer that aiortc cannot parse is refused, and leaves nothing open."""
     events = Events()
     peer = peer_of(network(), events, congestion=CongestionControl())
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]
@@ -619,10 +617,10 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
 
 
 @pytest.mark.parametrize(("at_once", "most_10ms"), [(True, 0), (False, 51)])
-async def test_a_picture_is_never_shown_untold(
+async def test_firefox_gets_a_range_of_playout_delays(
     pair: Pair, *, at_once: bool, most_10ms: int
 ) -> None:
-    """Firefox, which does not tell of pictures shown at once, is left a range to show them in."""
+    """Firefox, which does not report pictures shown at once, gets a range of playout delays."""
     picture = pair.peer._picture
     picture.shows_at_once = at_once
     pair.peer.hold_back(0)

@@ -1,4 +1,4 @@
-"""The private corners of aiortc: each is still where it was."""
+"""The private parts of aiortc that WAX uses are unchanged."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_all_private_parts_are_there() -> None:
 def test_a_part_that_moved_is_named(
     owner: object, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A version that has moved a part is refused at start with its name."""
+    """A version that has moved a part is refused at start, with the part's name."""
     monkeypatch.delattr(owner, name)
     with pytest.raises(StartError, match=name):
         private.check()
@@ -127,24 +127,24 @@ def test_a_part_that_moved_is_named(
 def test_an_attribute_that_moved_is_named(
     owner: type, method: str, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A version whose objects have another attribute in its place is refused at start."""
+    """A version whose objects have a different attribute is refused at start."""
     monkeypatch.setattr(owner, method, lambda _self: None)
     with pytest.raises(StartError, match=name):
         private.check()
 
 
 def test_a_machine_with_only_loopback_offers_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where there is no other address 127.0.0.1 is offered, and only there."""
-    monkeypatch.setattr(private, "_found_addresses", lambda _4, _6: [])
+    """127.0.0.1 is offered only if there is no other address."""
+    monkeypatch.setattr(private, "_stock_host_addresses", lambda _4, _6: [])
     assert private._host_addresses(True, False) == ["127.0.0.1"]
-    monkeypatch.setattr(private, "_found_addresses", lambda _4, _6: ["192.0.2.7"])
+    monkeypatch.setattr(private, "_stock_host_addresses", lambda _4, _6: ["192.0.2.7"])
     assert private._host_addresses(True, False) == ["192.0.2.7"]
 
 
-async def test_only_the_peers_inside_reach_the_network_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A client in the same process keeps aioice, and of the others each has the addresses told."""
+async def test_only_the_peers_inside_use_the_given_network(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Peers outside keep aioice's connection, and each peer inside has its own addresses."""
     private.install()
-    monkeypatch.setattr(private, "_found_addresses", lambda _4, _6: ["192.0.2.7"])
+    monkeypatch.setattr(private, "_stock_host_addresses", lambda _4, _6: ["192.0.2.7"])
     made = LiteConnection(UdpHub(0, list), list, SystemClock().now_s, rich_meter())
     with private.reached_by(private.Reach(lambda: made)):
         inside = RTCIceGatherer([])
@@ -161,7 +161,7 @@ async def test_only_the_peers_inside_reach_the_network_so(monkeypatch: pytest.Mo
 
 
 def test_consent_never_gives_up() -> None:
-    """A link whose round trips exceed half a second is not closed; our heartbeat watches."""
+    """A link with round trips above half a second stays open; our heartbeat detects silence."""
     private.install()
     assert aioice.ice.CONSENT_FAILURES > 1_000_000
 
@@ -173,7 +173,7 @@ OFFERED = (
 
 
 async def _answered(extra: str, formats: str) -> str:
-    """Answer an offer of sound to which `extra` lines were added; return the answer."""
+    """Answer an offer of sound with `extra` lines added; return the answer."""
     before = asyncio.all_tasks()
     browser, ours = RTCPeerConnection(), RTCPeerConnection()
     browser.addTransceiver("audio", direction="recvonly")
@@ -189,13 +189,13 @@ async def _answered(extra: str, formats: str) -> str:
     answer: str = ours.localDescription.sdp
     await browser.close()
     await ours.close()
-    if connecting := asyncio.all_tasks() - before:  # it notices in its own time
+    if connecting := asyncio.all_tasks() - before:  # it ends by itself
         await asyncio.wait(connecting, timeout=5)
     return answer
 
 
-async def test_what_aiortc_does_not_know_is_agreed_to() -> None:
-    """Of what a browser offers the wanted extension, the feedback and redundant sound are taken."""
+async def test_extras_unknown_to_aiortc_are_negotiated() -> None:
+    """The wanted extension, feedback and redundant sound of an offer are accepted."""
     answer = await _answered(OFFERED, "96 63 9 0 8")
     assert f"a=extmap:7 {rtp.TRANSPORT_SEQUENCE}\r\n" in answer
     assert "urn:example:unknown" not in answer
@@ -205,15 +205,15 @@ async def test_what_aiortc_does_not_know_is_agreed_to() -> None:
     assert re.search(r"m=audio \d+ \S+ 96 63\r\n", answer)
 
 
-async def test_what_is_not_offered_is_not_agreed_to() -> None:
-    """A browser that offers none of it gets none of it."""
+async def test_extras_that_are_not_offered_are_not_negotiated() -> None:
+    """An extension, feedback or redundancy that was not offered is not in the answer."""
     answer = await _answered("", "96 9 0 8")
     assert "transport" not in answer.replace("SAVPF", "")
     assert "red/" not in answer
 
 
-async def test_redundancy_of_another_codec_is_not_taken() -> None:
-    """Redundant packets of a codec that is not sent are of no use."""
+async def test_redundancy_of_another_codec_is_not_negotiated() -> None:
+    """Redundancy for a codec that is not sent is not accepted."""
     answer = await _answered(OFFERED.replace("96/96", "111/111"), "96 63 9 0 8")
     assert "red/" not in answer
 
@@ -229,14 +229,14 @@ class Sctp:
         )
 
     async def _send_sack(self) -> None:
-        """Be in the place of aiortc's."""
+        """Stand in for aiortc's."""
 
     async def _send_chunk(self, chunk: object) -> None:
         self.sent += isinstance(chunk, rtcsctptransport.SackChunk)
 
 
-async def test_acknowledgements_go_together() -> None:
-    """A few messages within the delay are acknowledged once, and later ones again."""
+async def test_acknowledgements_are_delayed_and_merged() -> None:
+    """Messages within the delay are acknowledged once, and later ones again."""
     sctp = Sctp()
     for number in (1, 2):
         for _ in range(3):
@@ -245,8 +245,8 @@ async def test_acknowledgements_go_together() -> None:
         assert sctp.sent == number
 
 
-async def test_a_long_message_is_acknowledged_as_it_comes() -> None:
-    """A burst is acknowledged at once, everything else after the delay."""
+async def test_a_long_message_is_acknowledged_at_once() -> None:
+    """A burst is acknowledged at once, other messages after the delay."""
     sctp = Sctp()
     for packets, acknowledged in ((3, 0), (1, 1), (3, 1), (1, 2), (1, 2)):
         for _ in range(packets):
@@ -256,8 +256,8 @@ async def test_a_long_message_is_acknowledged_as_it_comes() -> None:
     assert sctp.sent == 3
 
 
-async def test_nothing_is_acknowledged_once_it_is_closed() -> None:
-    """What was due by then is left out: the connection below may be closing."""
+async def test_nothing_is_acknowledged_after_closing() -> None:
+    """A due acknowledgement is dropped after closing, as the transport below may be closing."""
     sctp = Sctp()
     await sctp._send_sack()
     sctp.state = "closed"
@@ -265,10 +265,10 @@ async def test_nothing_is_acknowledged_once_it_is_closed() -> None:
     assert sctp.sent == 0
 
 
-async def test_what_a_datagram_costs_is_charged_before_the_next(
+async def test_a_datagrams_cost_is_charged_before_the_next_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """All that aiortc does with it; the next one is read when the peer may go on, not before."""
+    """All of aiortc's work on a datagram is charged, and the next is read only within budget."""
     private.install()
     worked_s = 0.0
     monkeypatch.setattr(time, "thread_time", lambda: worked_s)
@@ -299,10 +299,10 @@ async def test_what_a_datagram_costs_is_charged_before_the_next(
     await pc.close()
 
 
-async def test_a_flood_of_full_ice_waits_in_bounds_and_its_checks_are_charged(
+async def test_a_flood_over_full_ice_is_bounded_and_its_checks_charged(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Of what aiortc has not read the newest is kept; over budget, no check is answered."""
+    """The newest unread datagrams are kept; over budget, no check is answered."""
     private.install()
     meter = rich_meter()
     pc = RTCPeerConnection()
@@ -330,10 +330,10 @@ async def test_a_flood_of_full_ice_waits_in_bounds_and_its_checks_are_charged(
     await pc.close()
 
 
-async def test_a_direct_way_is_found_before_the_relay_is_heard(
+async def test_a_direct_path_is_preferred_to_the_relay(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """What comes by our relay waits for less than a second, and not where all is to be relayed."""
+    """Checks from our relay wait for less than a second, but not if everything must be relayed."""
     private.install()
     heard: list[str] = []
     later: list[Callable[[], None]] = []
@@ -345,7 +345,7 @@ async def test_a_direct_way_is_found_before_the_relay_is_heard(
     check = bytes(aioice.stun.Message(aioice.stun.Method.BINDING, aioice.stun.Class.REQUEST))
 
     def comes(policy: str, kind: str, *, is_chosen: bool = False, n: int = 1) -> list[str]:
-        """Return what is heard of checks at once, and of the same once the time is over."""
+        """Return which checks are handled at once, and which once the delay is over."""
         heard.clear()
         later.clear()
         ice = aioice.ice.Connection(

@@ -47,21 +47,21 @@ async def stun_server() -> AsyncIterator[tuple[StunServer, str]]:
         await asyncio.sleep(0)
 
 
-async def test_what_a_stun_server_sees_is_offered_too() -> None:
-    """Beside the configured ones, from the first server that answers, and as it changes."""
+async def test_the_address_seen_by_a_stun_server_is_offered_too() -> None:
+    """The address that the first answering server sees is offered too, and follows changes."""
     async with stun_server() as (server, url):
         nobody = f"stun:127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
         addresses = PublicAddresses(["198.51.100.1"], [nobody, url])
         assert addresses.now() == ["198.51.100.1"]
-        assert await addresses.look()
+        assert await addresses.refresh()
         assert addresses.now() == ["198.51.100.1", "203.0.113.7"]
         server.seen = "198.51.100.1"
-        assert await addresses.look()
+        assert await addresses.refresh()
         assert addresses.now() == ["198.51.100.1"]
 
 
-async def test_a_silent_server_takes_nothing_away() -> None:
-    """The address that was seen before is the best guess."""
+async def test_a_silent_server_removes_nothing() -> None:
+    """While servers are silent, the last address seen is still offered."""
     answers = iter([StunAnswer("203.0.113.7", "127.0.0.1")])
 
     def ask(server: str) -> StunAnswer:
@@ -72,16 +72,16 @@ async def test_a_silent_server_takes_nothing_away() -> None:
             raise StunError("does not answer") from None
 
     addresses = PublicAddresses([], ["stun:stun.example:3478"], ask)
-    assert await addresses.look()
-    assert not await addresses.look()
+    assert await addresses.refresh()
+    assert not await addresses.refresh()
     assert addresses.now() == ["203.0.113.7"]
 
 
-async def test_in_another_network_the_old_public_address_is_offered_no_more(
+async def test_in_a_new_network_the_old_public_address_expires(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """It goes with the address it was seen of, and the new one is asked for within seconds."""
-    monkeypatch.setattr("wax.rtc.public_addresses._LOOK_S", 0.01)
+    """The public address expires with its local address, and is asked for within seconds."""
+    monkeypatch.setattr("wax.rtc.public_addresses._CHECK_S", 0.01)
     home, cafe = StunAnswer("203.0.113.7", "192.168.0.5"), StunAnswer("198.51.100.9", "10.0.0.5")
     here = home
 
@@ -98,8 +98,8 @@ async def test_in_another_network_the_old_public_address_is_offered_no_more(
     await asyncio.wait([running])
 
 
-async def test_an_address_that_went_with_its_network_is_no_guess() -> None:
-    """Where no server answers in the new network, nothing is offered of the old one."""
+async def test_in_a_new_network_without_an_answer_nothing_is_offered() -> None:
+    """If no server answers in the new network, the old network's address is not offered."""
     answers = iter([StunAnswer("203.0.113.7", "192.0.2.1")])
 
     def ask(_server: str) -> StunAnswer:
@@ -109,13 +109,13 @@ async def test_an_address_that_went_with_its_network_is_no_guess() -> None:
             raise StunError("does not answer") from None
 
     addresses = PublicAddresses([], ["stun:stun.example"], ask, is_ours)
-    assert await addresses.look()
-    assert not await addresses.look()
+    assert await addresses.refresh()
+    assert not await addresses.refresh()
     assert addresses.now() == []
 
 
 async def test_without_a_server_nobody_is_asked() -> None:
-    """It waits for its end."""
+    """Without servers it asks nobody and waits until cancelled."""
 
     def ask(server: str) -> StunAnswer:
         raise AssertionError(server)

@@ -1,4 +1,4 @@
-"""A peer that publishes: what it offers, and when it counts as forgotten."""
+"""A peer that publishes: its offer, and how it measures silence."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ async def publisher(clock: TurnedClock) -> AsyncIterator[Publisher]:
 
 
 async def test_it_offers_one_codec_of_each_and_the_capture_time(publisher: Publisher) -> None:
-    """No feedback that would come too late, and nothing that it does not send."""
+    """The offer has no feedback, which would come too late, and nothing that is not sent."""
     offer = await publisher.offer()
     names = [line.split()[1].split("/")[0] for line in offer.splitlines() if "rtpmap" in line]
     assert set(names) == {"opus", "VP8", "rtx"}
@@ -51,25 +51,23 @@ async def test_it_offers_one_codec_of_each_and_the_capture_time(publisher: Publi
     assert offer.count("a=sendonly") == 2
 
 
-async def test_an_answer_that_is_none_is_a_sentence(publisher: Publisher) -> None:
-    """A server that says something else is told of, not believed."""
+async def test_an_invalid_answer_raises(publisher: Publisher) -> None:
+    """An answer that is no session description raises `SignallingError`."""
     await publisher.offer()
     with pytest.raises(SignallingError, match="cannot be used"):
         await publisher.accept("<html>")
 
 
-def test_feedback_is_offered_where_packets_are_numbered_for_it() -> None:
-    """For the codec, not for its retransmissions."""
+def test_feedback_is_offered_with_transport_numbers() -> None:
+    """Feedback is offered for the codec, not for its retransmissions."""
     offer = with_extensions(OFFER, (rtp.TRANSPORT_SEQUENCE, rtp.PLAYOUT_DELAY))
     assert f"a=extmap:5 {rtp.TRANSPORT_SEQUENCE}\r\na=extmap:6 {rtp.PLAYOUT_DELAY}" in offer
     assert "a=rtcp-fb:96 transport-cc" in offer
     assert "a=rtcp-fb:97" not in offer
 
 
-async def test_what_is_sent_and_not_reported_on_counts_as_silence(
-    publisher: Publisher, clock: TurnedClock
-) -> None:
-    """From the first packet on; a source that sends nothing for a while is nobody's silence."""
+async def test_silence_is_sending_without_reports(publisher: Publisher, clock: TurnedClock) -> None:
+    """Silence counts from the first unreported packet; a source that sends nothing causes none."""
     (picture,) = (one for one in publisher._senders if one.kind == "video")
 
     def send(seconds: int) -> None:
@@ -89,10 +87,10 @@ async def test_what_is_sent_and_not_reported_on_counts_as_silence(
     assert publisher.unheard_s == 2.0
 
 
-async def test_a_clock_that_is_set_moves_no_capture_time(
+async def test_setting_the_clock_shifts_no_capture_time(
     publisher: Publisher, clock: TurnedClock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Sound and picture stay in step, and their ages true, while the wall clock jumps by hours."""
+    """When the wall clock jumps by hours, sound and picture stay in sync and their ages true."""
     captured: set[int | None] = set()
     reported: set[int] = set()
     picture = EncodedPicture(b"x", 1, "r", True, 0, clock.now_s())
@@ -106,7 +104,7 @@ async def test_a_clock_that_is_set_moves_no_capture_time(
         monkeypatch.setattr(clock, "wall_ms", lambda now_ms=wall_ms: now_ms)
         for sender in publisher._senders:
             monkeypatch.setattr(sender, "_ids", rtp.ExtensionIds(capture_time=5))
-            monkeypatch.setattr(sender, "_leave", leave)
+            monkeypatch.setattr(sender, "_send_datagrams", leave)
             captured.add(sender._captured_ntp(picture))
             sender._send_report(0, picture.captured_s)
     assert captured == reported

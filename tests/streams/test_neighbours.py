@@ -47,7 +47,7 @@ class Liar:
         lanes.congestion.negotiated(has_feedback=True)
         self._tap = TransportTap(lanes.congestion, rig.clock.now_s, lambda: None)
         self._transport = Transport()
-        self._tap.join(self._transport)
+        self._tap.attach(self._transport)
         self._number = 0
         self._lies_s = 0.0
         self._lie = "true"
@@ -64,8 +64,8 @@ class Liar:
         """Receive some packets and report about them, in the same way for half a second."""
         now_s = self._rig.clock.now_s()
         for _ in range(PACKETS):
-            self._tap.mark(1200, now_s, kind="video", train=None)
-            self._tap.left(1200, now_s, has_feedback=True)
+            self._tap.number_packet(1200, now_s, kind="video", train=None)
+            self._tap.count_media(1200, now_s, has_feedback=True)
         if now_s >= self._lies_s:
             self._lies_s = now_s + 0.5
             self._lie = self._random.choice(("true", "lost", "late", "early", "noise"))

@@ -11,7 +11,7 @@ from typing import Final
 _GC_THRESHOLDS: Final = (700, 10, 20_000)
 """Python's defaults, but a full collection only after 20,000 of `run`'s, half an hour: one blocked
 the event loop for 35 ms while a crowd joined. Viewers who have left need none, since their cycles
-are broken (`wax.weak_callback`, `break_circle`, `private.break_circles`)."""
+are broken (`wax.weak_callback`, `break_circle`, `private.break_cycles`)."""
 _COLLECT_S: Final = 0.1
 _COLLECTIONS_PER_TRIM: Final = 50
 _M_TRIM_THRESHOLD: Final = -1

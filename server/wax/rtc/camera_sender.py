@@ -1,4 +1,4 @@
-"""The pictures of a camera beside the driving view: they give way to it, packet by packet."""
+"""Sends an additional camera's pictures, which give way to the driving view's packets."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from wax.rtc.sender import SenderContext
 
 _GIVE_WAY_S: Final = 0.005
-"""The driving view is asked again after this whether it is done. Ours."""
+"""How soon to check again whether the driving view is done. Our choice."""
 
 
 class CameraSender(PictureSender):
     """Sends a packet when the link is free and the driving view has nothing to send.
 
-    So a picture of that one waits for one packet at most. These pictures do not probe the link: the
-    packets between them would count as the link's own delay.
+    So the driving view waits for one packet at most. These pictures do not probe the link: packets
+    interleaved with theirs would be measured as delay of the link.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class CameraSender(PictureSender):
     def _free_in_s(self, now_s: float) -> float:
         return _GIVE_WAY_S if self._driving_view.is_busy else super()._free_in_s(now_s)
 
-    def _plan(self, size_bytes: int, now_s: float) -> Train:  # noqa: ARG002  # it is no probe
+    def _plan_train(self, size_bytes: int, now_s: float) -> Train:  # noqa: ARG002  # not a probe
         congestion = self._tap.congestion
         return Train(number=0, pace_bps=float("inf"), payload_bytes=congestion.payload_bytes)
 
@@ -57,6 +57,6 @@ class CameraSender(PictureSender):
                 return min(wait_s, ASK_AGAIN_S)
             packet = under_way.packets.popleft()
             self._history.add([packet], now_s)
-            self._put([packet], now_s)
-        self._ended(under_way)
+            self._send_packets([packet], now_s)
+        self._finish(under_way)
         return None

@@ -1,8 +1,8 @@
-"""The STUN and TURN servers that a browser is told of, with credentials that soon end.
+"""The STUN and TURN servers that browsers use, with short-lived credentials.
 
-A TURN password that every visitor sees would relay anybody's traffic for ever. coturn's "REST" way
+A TURN password that every visitor sees would relay anybody's traffic for ever. coturn's REST API
 (`use-auth-secret`; draft-uberti-behave-turn-rest-00) shares a secret with the TURN server, and
-signs a user name that says when it ends.
+signs a user name that contains its expiry.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from wax.config.settings import NetworkSettings, RelaySettings
 
 _LASTS_S: Final = 600
-"""A relay that is in use goes on; a new one needs new credentials."""
+"""A relay in use outlives its credentials; a new one needs new ones."""
 
 
 class IceServers:
-    """Makes the list for each viewer; raises `StartError` if the secret cannot be read."""
+    """Builds the list for each viewer; raises `StartError` if the secret cannot be read."""
 
     def __init__(self, network: NetworkSettings, relay: RelaySettings) -> None:
         self._stun = [{"urls": url} for url in network.stun]
@@ -35,21 +35,21 @@ class IceServers:
         """Whether browsers must use the relay."""
         return self._relay.only
 
-    def page(self, viewer_id: str, wall_s: float) -> dict[str, Any]:
-        """Return what the page wants to know before it connects; see `of`.
+    def for_page(self, viewer_id: str, wall_s: float) -> dict[str, Any]:
+        """Return what the page needs before it connects; see `for_viewer`.
 
-        The one port checks no candidates, so the page need not wait until it knows its own.
+        The one port checks no candidates, so the page need not wait to gather its own.
         """
         return {
-            "iceServers": self.of(viewer_id, wall_s),
+            "iceServers": self.for_viewer(viewer_id, wall_s),
             "relayOnly": self.relay_only,
             "wantsCandidates": self._wants_candidates,
         }
 
-    def of(self, viewer_id: str, wall_s: float) -> list[dict[str, Any]]:
-        """Return the servers as browsers want them; `viewer_id` is for the TURN server's log.
+    def for_viewer(self, viewer_id: str, wall_s: float) -> list[dict[str, Any]]:
+        """Return the servers as browsers expect them; `viewer_id` is for the TURN server's log.
 
-        The credentials end ten minutes after `wall_s`, Unix time.
+        The credentials expire ten minutes after `wall_s`, Unix time.
         """
         if not self._relay.urls:
             return list(self._stun)

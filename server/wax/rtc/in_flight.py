@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 FORGOTTEN_S: Final = 5.0
 """A packet without feedback for this long is forgotten."""
 
-MOST_TOLD: Final = 128
-"""Of one feedback: a quarter of a second of the largest rendition, where browsers report twenty
-times a second. After a longer outage the newest tell as much."""
+MOST_DELIVERIES: Final = 128
+"""Deliveries per feedback: a quarter of a second of the largest rendition, while browsers report
+twenty times a second. After a longer outage the newest say as much as all."""
 
 _MOST: Final = 2**15
 """Half of the 16-bit numbers: with more in flight they would be ambiguous."""
@@ -29,17 +29,17 @@ class InFlight:
     """Numbers packets for transport-wide feedback and matches the feedback with them.
 
     Internally, numbers and the browser's clock are unwrapped. Memory is bounded by what is sent in
-    5 s. A call costs what it has arrivals, and what it newly tells or forgets: how many packets a
-    feedback spans, or repeats, costs nothing.
+    5 s. A call costs as much as it has arrivals and newly reports or forgets packets; how many
+    packets a feedback spans or repeats costs nothing.
     """
 
     def __init__(self) -> None:
         self._sent: dict[int, _Sent] = {}
         self._untold: list[int] = []
-        """In rising order, those of which neither arrival nor loss has been told."""
+        """Packets not yet reported as arrived or lost, in ascending order."""
         self._oldest = 0
         self._next = 0
-        self._ahead = 0  # the first number after all that have arrived
+        self._ahead = 0  # one past the highest number that has arrived
         self._doubted = range(0)
         """Reported as missing, but nothing later has arrived yet."""
         self._newest_arrived_s: float | None = None
@@ -57,8 +57,8 @@ class InFlight:
         """Return what is new in this feedback, in the order of sending.
 
         An arrival is reported once. A loss is reported when a later packet has arrived, and may be
-        followed by an arrival, because packets overtake each other. `arrived_s` never wraps, though
-        the browser's clock does. Of more than `MOST_TOLD` the newest are returned.
+        followed by an arrival, because packets can be reordered. `arrived_s` never wraps, though
+        the browser's clock does. Of more than `MOST_DELIVERIES` deliveries the newest are returned.
         """
         self._forget(now_s)
         start = self._next + _signed16(feedback.sequence_number - self._next)
@@ -73,14 +73,14 @@ class InFlight:
         if told:
             newest, _, self._newest_arrived_s = told[-1]
             self._ahead = max(self._ahead, newest + 1)
-        lost = self._pass(range(start, min(start + feedback.packets, self._next)))
+        lost = self._newly_lost(range(start, min(start + feedback.packets, self._next)))
         if lost:
             told += [(number, self._sent[number], None) for number in lost]
             told.sort(key=_number)
-        return tuple([_delivery(sent, arrived_s) for _, sent, arrived_s in told[-MOST_TOLD:]])
+        return tuple([_delivery(sent, arrived_s) for _, sent, arrived_s in told[-MOST_DELIVERIES:]])
 
     def forget(self) -> None:
-        """Forget all that is in flight; numbers go on."""
+        """Forget all packets in flight; numbering continues."""
         self._sent.clear()
         self._untold.clear()
         self._oldest = self._ahead = self._next
@@ -99,8 +99,8 @@ class InFlight:
             return 0.0
         return round((self._newest_arrived_s - arrived_s) / PERIOD_S) * PERIOD_S
 
-    def _pass(self, reported: range) -> list[int]:
-        """Return what is now known to be lost: reported, not arrived, and a later one has."""
+    def _newly_lost(self, reported: range) -> list[int]:
+        """Return the packets now known to be lost: missing, while a later one has arrived."""
         lost: list[int] = []
         for some in (reported, self._doubted):
             first = bisect_left(self._untold, some.start)
@@ -108,7 +108,7 @@ class InFlight:
             lost += [number for number in self._untold[first:last] if number in self._sent]
             del self._untold[first:last]
         rest = range(max(reported.start, self._ahead), reported.stop)
-        if rest:  # libwebrtc's end with an arrival
+        if rest:  # never by libwebrtc, whose feedback ends with an arrival
             old = self._doubted
             if old.start <= rest.stop and rest.start <= old.stop:
                 rest = range(min(old.start, rest.start), max(old.stop, rest.stop))

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from wax.rtc.ice_servers import IceServers
 
 _OURS: Final = "server"
-"""Begins the name of each of our own relays at the TURN server, which limits how many one has."""
+"""Prefix of our own relays' TURN user names, one for each because servers limit relays per name."""
 _GUESTS: Final = Rates(committed=0.01, committed_burst_s=0.02, pool=0.15, pool_burst_s=0.1)
-"""What a browser that watches sends costs 0.3 % of a core; connecting, some 10 ms once."""
+"""A viewer's datagrams cost 0.3 % of a core; connecting costs some 10 ms once."""
 _TRUSTED: Final = Rates(committed=0.3, committed_burst_s=0.3, pool=0.0, pool_burst_s=0.0)
-"""For one operator or host, who need a hundredth of it: even theirs must leave room for a Stop."""
+"""For one operator or host, who needs a hundredth of it; it must leave room for a Stop."""
 
 
 class Network:
@@ -54,7 +54,7 @@ class Network:
 
     @property
     def udp_port(self) -> int | None:
-        """The one port; None for full ICE, and before `open` if any free one will do."""
+        """The one port; None with full ICE, or before `open` if any free port will do."""
         return (self._hub.port or None) if self._settings.mode == "one-port" else None
 
     async def open(self) -> None:
@@ -67,7 +67,7 @@ class Network:
         await self._public.run()
 
     def public_addresses(self) -> list[str]:
-        """Return the addresses at which the world knows this machine, as far as it is known."""
+        """Return the known public addresses of this machine."""
         return self._public.now()
 
     def close(self) -> None:
@@ -75,14 +75,14 @@ class Network:
         self._hub.close()
 
     def meter(self, address: str, is_trusted: Callable[[], bool]) -> Meter:
-        """Return what a peer at this address is charged by."""
+        """Return the meter that charges a peer at this address."""
         trusted = Budget(_TRUSTED).payer(address)
         return Meter(self._turnstile, self._guests.payer(address), trusted, is_trusted)
 
     def reached(self, meter: Meter, on_moved: Callable[[], None]) -> AbstractContextManager[None]:
-        """Cover the making of a peer and of its answer (`private.reached_by`).
+        """Let peers made and answered inside reach this network (`private.reached_by`).
 
-        `on_moved` is called when the browser has another address, by which it goes on.
+        `on_moved` is called when the browser continues from another address.
         """
 
         def connect() -> LiteConnection:
@@ -93,14 +93,16 @@ class Network:
         return private.reached_by(private.Reach(connect if is_one else None, self._addresses))
 
     def configuration(self) -> RTCConfiguration:
-        """Return the configuration of one peer of ours.
+        """Return the configuration of one of our peers.
 
-        With the one port no peer asks a server. An empty list stands for none: without a list
-        aiortc would ask a public STUN server.
+        With the one port, peers ask no ICE server. The list is then empty rather than None: with
+        None aiortc would ask a public STUN server.
         """
         if self._settings.mode == "one-port":
             return RTCConfiguration(iceServers=[])
-        told = self._servers.of(f"{_OURS}-{secrets.token_hex(4)}", self._clock.wall_ms() / 1000)
+        told = self._servers.for_viewer(
+            f"{_OURS}-{secrets.token_hex(4)}", self._clock.wall_ms() / 1000
+        )
         policy = RTCIceTransportPolicy.RELAY if self._servers.relay_only else None
         return RTCConfiguration(
             iceServers=[RTCIceServer(**one) for one in told],

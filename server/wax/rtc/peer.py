@@ -1,4 +1,4 @@
-"""One browser's peer connection: sound and pictures out, perhaps a voice in, two data channels."""
+"""One browser's peer connection: sound and pictures out, optional voice in, two data channels."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ Channel = Literal["drive", "state"]
 
 
 class PeerEvents(Protocol):
-    """A peer's events for its viewer; none of these may raise."""
+    """A peer's events for its viewer; the handlers must not raise."""
 
     def connected(self) -> None: ...
 
@@ -63,13 +63,13 @@ class PeerEvents(Protocol):
         ...
 
     def moved(self) -> None:
-        """Handle a browser that goes on by another network."""
+        """Handle a browser that has switched to another network."""
         ...
 
     def received(self, channel: Channel, data: str | bytes) -> None: ...
 
     def keyframe_wanted(self, camera: int | None = None) -> None:
-        """Handle a browser that cannot decode this camera, None: the driving view."""
+        """Handle a browser that cannot decode this camera, or with None the driving view."""
         ...
 
     def feedback_refused(self) -> None:
@@ -88,9 +88,9 @@ class PeerEvents(Protocol):
 class Peer:
     """A peer for one offer, answered once and closed once; a reconnect is a new peer.
 
-    `on_voice` gets the packets of the page's microphone, and None for each that cannot be read; it
-    must not raise. Without it nothing is received. `video` is the driving view, to which `cameras`
-    give way. `meter` is charged for what the page sends.
+    `on_voice` gets the packets of the page's microphone, and None for each unreadable one; it must
+    not raise. Without it nothing is received. `video` is the driving view, to which `cameras` give
+    way. `meter` is charged for what the page sends.
     """
 
     def __init__(
@@ -145,7 +145,7 @@ class Peer:
     async def answer(self, offer: str) -> str:
         """Answer a checked offer; raises `SignallingError` and closes the peer on failure.
 
-        It takes several passes of the event loop, so that none is long.
+        The work is spread over several passes of the event loop, so that none is long.
         """
         try:
             description = RTCSessionDescription(offer, "offer")
@@ -170,7 +170,7 @@ class Peer:
             private.widen(self._pc, _EXTENSIONS)
         if self._pc.sctp is not None:
             association = private_association.bound_association(self._pc.sctp, self._exceeded)
-            private.authenticate(self._pc.sctp)
+            private.report_authenticated(self._pc.sctp)
             private_association.delay_acknowledgements(
                 self._pc.sctp, association.acknowledgement, _ACKNOWLEDGE_S
             )
@@ -185,11 +185,11 @@ class Peer:
         return not self._closed and not any(one.failed for one in senders)
 
     def hold_back(self, least_ms: float) -> bool:
-        """Make the browser hold pictures back at least this long; False if it cannot."""
+        """Set the browser's least playout delay for pictures; False if it supports none."""
         return self._picture.hold_back(least_ms)
 
     def send(self, channel: Channel, text: str) -> None:
-        """Send at once, or not at all if the channel is not open or far behind."""
+        """Send, or drop the text if the channel is not open or has too long a backlog."""
         found = self._channels.get(channel)
         if found is None or found.readyState != "open":
             return
@@ -214,10 +214,10 @@ class Peer:
             async with asyncio.timeout(_CLOSE_S):
                 await self._pc.close()
         except Exception:
-            # Half closed counts as closed: the rest must not keep the viewer's place.
+            # A half-closed peer counts as closed: it must not occupy the viewer's place.
             _LOG.exception("a peer did not close cleanly")
         finally:
-            private.break_circles(self._pc)
+            private.break_cycles(self._pc)
             self._events.closed(self)
 
     def rtp_time(self, kind: Kind, pts: int) -> int:
@@ -235,7 +235,7 @@ class Peer:
         return transceiver
 
     async def _add_cameras(self, offer: str) -> None:
-        """Send what the page has room and a codec for; elsewhere nothing goes either way."""
+        """Send the cameras that the page has room and a codec for; other sections stay inactive."""
         count = pictures(offer) - 1
         for number in range(count):
             await asyncio.sleep(0)
@@ -269,7 +269,7 @@ class Peer:
         return transceiver
 
     def _context(self, kind: Kind, transceiver: RTCRtpTransceiver) -> SenderContext:
-        peer = weakref.proxy(self)  # a peer that its senders hold would outlive its end
+        peer = weakref.proxy(self)  # a strong reference would keep a closed peer alive
         return SenderContext(
             stock=transceiver.sender,
             rate_hz=self._codecs.rates_hz[kind],
@@ -280,7 +280,7 @@ class Peer:
 
     @property
     def newest_picture_s(self) -> float | None:
-        """When the newest picture sent of the driving view was captured, None before it."""
+        """Capture time of the newest driving-view picture sent, None before the first."""
         return self._picture.newest_captured_s
 
     def _sent(self, kind: Kind, sent: Encoded) -> None:
@@ -301,7 +301,7 @@ class Peer:
 
     def _moved(self) -> None:
         if self._pc.connectionState != "connected":
-            return  # while it connects a browser tries one address after another
+            return  # a connecting browser tries one address after another
         self._tap.forget()
         self._events.moved()
 
@@ -322,7 +322,7 @@ class Peer:
 
 
 def _ignore(_sent: Encoded) -> None:
-    """Tell no page the capture time of a further camera: nothing is decided by its age."""
+    """Ignore the capture time of an additional camera: no decision depends on its age."""
 
 
 def _channel_name(label: str) -> Channel | None:

@@ -1,4 +1,4 @@
-"""The picture to one browser: the best one when the link is free, and lost packets again."""
+"""Pictures to one browser: the best one when the link is free, and retransmissions."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 TICK_S: Final = 0.001
 """An event loop's timer resolution."""
 ASK_AGAIN_S: Final = 0.05
-"""The pacer is asked again after this, since feedback may have shortened the wait: libwebrtc sends
-it at most this often (RemoteEstimatorProxy)."""
+"""How soon to ask the pacer again, since feedback may have shortened the wait: libwebrtc sends it
+at most this often (RemoteEstimatorProxy)."""
 _NOT_AT_ONCE_10MS: Final = 51
-"""Just above the 500 ms below which libwebrtc shows pictures at once if the least is 0."""
+"""Just above 500 ms: up to that maximum libwebrtc shows pictures at once if the minimum is 0."""
 _MOST_WAITING: Final = 256
-"""Packets that wait to be sent again; what does not fit is asked for once more."""
+"""Packets that wait for retransmission; the browser requests the others again."""
 
 
 @dataclass(slots=True)
 class UnderWay:
-    """A picture whose packets are leaving at the pace of their train; the next one at `due_s`."""
+    """A picture whose packets leave at the pace of their train, the next one at `due_s`."""
 
     picture: LanePicture
     train: Train
@@ -44,7 +44,7 @@ class UnderWay:
 
 
 class PictureSender(Sender):
-    """Sends the best picture when the link is free, and lost packets again."""
+    """Sends the best picture when the link is free, and retransmits lost packets."""
 
     kind = "video"
     _extra_name = "rtx"
@@ -64,36 +64,36 @@ class PictureSender(Sender):
         self._round_trip_s = round_trip_s
         self._on_keyframe_wanted = on_keyframe_wanted
         self.shows_at_once = True
-        """The browser tells of pictures that it shows at once as of others; Firefox does not."""
+        """Whether the browser reports pictures even if it shows them at once; Firefox does not."""
         self._playout_delay: rtp.PlayoutDelay | None = None
         self._under_way: UnderWay | None = None
         self._history = RetransmissionBuffer()
-        self._repeats = Retransmissions()
-        self._asked_for: dict[int, None] = {}
+        self._retransmissions = Retransmissions()
+        self._requested: dict[int, None] = {}
         self._rtx_number = random.getrandbits(15)
 
     @property
     def is_busy(self) -> bool:
-        """Whether a picture is leaving or waits to leave, or a packet is to be sent again."""
-        return self._under_way is not None or bool(self._asked_for) or not self._lane.is_empty
+        """Whether a picture is leaving or waiting, or a retransmission is waiting."""
+        return self._under_way is not None or bool(self._requested) or not self._lane.is_empty
 
     def hold_back(self, least_ms: float) -> bool:
-        """Hold pictures back this long in the browser; False if it does not support that."""
-        # Zero for both makes Chromium show a picture at once (its low-latency renderer). Equal
-        # values, since within a range it would choose.
+        """Set the browser's playout delay for pictures; False if it supports none."""
+        # Two zeros make Chromium show a picture at once (its low-latency renderer). The values
+        # are equal because Chromium would choose within a range.
         steps = min(max(round(least_ms / 10), 0), 4095)
         is_at_once = steps == 0 and not self.shows_at_once
         self._playout_delay = rtp.PlayoutDelay(steps, _NOT_AT_ONCE_10MS if is_at_once else steps)
         return self._ids.playout_delay is not None
 
-    def asked(self, numbers: Sequence[int]) -> None:
+    def handle_nack(self, numbers: Sequence[int]) -> None:
         for number in numbers:
-            if len(self._asked_for) < _MOST_WAITING and number in self._history:
-                self._asked_for[number] = None
-        if self._asked_for:
+            if len(self._requested) < _MOST_WAITING and number in self._history:
+                self._requested[number] = None
+        if self._requested:
             self._wake()
 
-    def keyframe_asked(self) -> None:
+    def handle_keyframe_request(self) -> None:
         self._on_keyframe_wanted()
 
     def _work(self) -> float | None:
@@ -102,27 +102,27 @@ class PictureSender(Sender):
             if self._under_way is not None:
                 if (wait_s := self._send_due(self._under_way, now_s)) is not None:
                     return wait_s
-            elif not self._asked_for and self._lane.is_empty:
+            elif not self._requested and self._lane.is_empty:
                 return None
             elif (wait_s := self._free_in_s(now_s)) > TICK_S:
                 return min(wait_s, ASK_AGAIN_S)
-            elif self._repeated(now_s):
+            elif self._retransmit_next(now_s):
                 continue
             elif (picture := self._lane.take()) is not None:
-                self._under_way = self._begin(picture, now_s)
+                self._under_way = self._packetize(picture, now_s)
             else:
                 return None
 
     def _free_in_s(self, now_s: float) -> float:
-        """Return how long what begins now has to wait."""
+        """Return how long the next transmission has to wait."""
         return self._tap.free_in_s(now_s)
 
-    def _plan(self, size_bytes: int, now_s: float) -> Train:
-        """Return how the packets of a picture of this size leave."""
+    def _plan_train(self, size_bytes: int, now_s: float) -> Train:
+        """Return the train in which a picture of this size leaves."""
         return self._tap.congestion.plan_train(size_bytes, now_s)
 
-    def _begin(self, picture: LanePicture, now_s: float) -> UnderWay:
-        train = self._plan(len(picture.data), now_s)
+    def _packetize(self, picture: LanePicture, now_s: float) -> UnderWay:
+        train = self._plan_train(len(picture.data), now_s)
         captured_ntp = self._captured_ntp(picture)
         first_less = rtp.first_more_bytes(self._ids, self._playout_delay, captured_ntp)
         payloads = self._packetizer(picture, train.payload_bytes, first_less)
@@ -151,38 +151,40 @@ class PictureSender(Sender):
             due.append(packet)
             under_way.due_s += gap_s(wire_bytes(packet), under_way.train.pace_bps)
         self._history.add(due, now_s)
-        self._put(due, now_s, train=under_way.train.number)
+        self._send_packets(due, now_s, train=under_way.train.number)
         if under_way.packets:
             return under_way.due_s - now_s
-        self._ended(under_way)
+        self._finish(under_way)
         return None
 
-    def _ended(self, under_way: UnderWay) -> None:
-        """Note that the picture has left."""
+    def _finish(self, under_way: UnderWay) -> None:
+        """Record that the picture has left."""
         self._under_way = None
-        self._left(under_way.picture)
+        self._note_sent(under_way.picture)
 
-    def _repeated(self, now_s: float) -> bool:
-        """Send the first packet again that may be; whether there is one."""
-        while self._asked_for:
-            number = next(iter(self._asked_for))
-            del self._asked_for[number]
+    def _retransmit_next(self, now_s: float) -> bool:
+        """Retransmit the first requested packet that may be; return whether there was one."""
+        while self._requested:
+            number = next(iter(self._requested))
+            del self._requested[number]
             kept = self._history.get(number)
-            if kept is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
+            if kept is None or not self._retransmissions.is_due(
+                number, self._round_trip_s(), now_s
+            ):
                 continue
             lost, sent_s = kept
             age_s = now_s - sent_s
             if self._tap.congestion.may_retransmit(wire_bytes(lost), age_s, now_s):
-                self._repeat(lost, now_s)
+                self._retransmit(lost, now_s)
                 return True
         return False
 
-    def _repeat(self, lost: rtp.Packet, now_s: float) -> None:
+    def _retransmit(self, lost: rtp.Packet, now_s: float) -> None:
         number = lost.sequence_number
-        self._repeats.sent(number, now_s)
+        self._retransmissions.sent(number, now_s)
         again = lost._replace(playout_delay=None, captured_ntp=None)
         if self._extra_payload_type is not None:
-            # RFC 4588: the number that it first had stands before the payload.
+            # RFC 4588: the original sequence number precedes the payload.
             again = again._replace(
                 payload_type=self._extra_payload_type,
                 sequence_number=self._rtx_number,
@@ -194,7 +196,7 @@ class PictureSender(Sender):
 
 
 def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[LanePicture, int, int], list[Payload]]:
-    """Make what cuts a picture: into payloads of at most so many bytes, the first with so less."""
+    """Return what turns a picture, `max_bytes` and `first_less` into payloads (`split_evenly`)."""
     if codec == "h264":
         return lambda picture, max_bytes, _less: h264.packets(picture.data, max_bytes=max_bytes)
     vp8 = Vp8Packetizer(picture_id=random.getrandbits(15), tl0_picidx=random.getrandbits(8))

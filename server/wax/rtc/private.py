@@ -1,4 +1,4 @@
-"""What touches private parts of aiortc and what it stands on, and why; SCTP has a file beside it.
+"""All uses of private parts of aiortc and its dependencies, and why; SCTP has its own file.
 
 pyproject.toml pins the minor versions that this was written for; `check` fails with a readable
 sentence if a new version has moved something.
@@ -76,18 +76,18 @@ _MAX_WAITING: Final = 128
 """Datagrams that aiortc has not read yet, as on the one port."""
 _COOKIE: Final = aioice.stun.COOKIE.to_bytes(4, "big")
 RELAY_AFTER_S: Final = 0.8
-"""Longer than aioice takes to repeat a check, which is the first that two NATs let through."""
+"""Longer than aioice takes to retransmit a check, the first that two NATs let through."""
 MOST_HELD: Final = 64
-"""Datagrams that wait so: they are taken all at once, and a flood by the relay would delay Stop."""
+"""Datagrams from the relay that are held: handled all at once, a flood would delay a Stop."""
 _MAX_RSA_BITS: Final = 4096
 _MAX_RSA_EXPONENT: Final = 2**32
-"""Keys have 65537; one of 3,072 bits takes OpenSSL 7 ms."""
+"""Real keys have 65537; an exponent of 3,072 bits takes OpenSSL 7 ms."""
 _MAX_SOURCES: Final = 32
-"""Of one browser: a few for its reports, and one for a voice."""
+"""SSRCs of one browser: a few for its reports, and one for a voice."""
 
 
 def check() -> None:
-    """Raise `StartError` with each private part that this version lacks."""
+    """Raise a `StartError` that names each private part that this version lacks."""
 
     def sets(owner: type, name: str) -> bool:
         return name in owner.__init__.__code__.co_names  # type: ignore[misc]  # of that very class
@@ -244,7 +244,7 @@ def install() -> None:
     aioice.stun.parse_message = _parsed_stun
     cast("Any", rtcicetransport).Connection = _connection
     cast("Any", RTCIceGatherer).getLocalParameters = _local_parameters
-    # For each picture one that takes 0.3 ms and 95 KiB, though nothing is received.
+    # aiortc makes one per picture, in 0.3 ms and 95 KiB, though nothing is received.
     cast("Any", rtcrtpreceiver).RemoteBitrateEstimator = lambda: None
     rtcsctptransport.decode_params = _decoded_params
     cast("Any", rtcsctptransport.InboundStream).add_chunk = add_chunk
@@ -256,8 +256,8 @@ def install() -> None:
 class Reach:
     """How one peer reaches the network.
 
-    `connect` makes what it uses in place of aioice's connection; without it aioice gathers on
-    `addresses`, without which on all of this machine.
+    `connect` makes a replacement for aioice's connection; without it aioice gathers on `addresses`,
+    or by default on all addresses of this machine.
     """
 
     connect: Callable[[], Any] | None = None
@@ -269,10 +269,10 @@ _reach: ContextVar[Reach | None] = ContextVar("reach", default=None)
 
 @contextlib.contextmanager
 def reached_by(reach: Reach) -> Iterator[None]:
-    """Make the peers inside reach the network so.
+    """Make peers created and answered inside reach the network this way.
 
-    It must cover the constructor, and until the answer is made: aiortc makes a connection for each
-    section of either, and gathers at the end.
+    It must cover the constructor and the making of the answer: aiortc makes a connection for each
+    section in either, and gathers at the end.
     """
     token = _reach.set(reach)
     try:
@@ -284,45 +284,45 @@ def reached_by(reach: Reach) -> Iterator[None]:
 def _connection(**options: Any) -> Any:
     reach = _reach.get()
     if reach is None or reach.connect is None:
-        return _make_connection(**options)
+        return _stock_connection(**options)
     return reach.connect()
 
 
-_make_connection = aioice.ice.Connection
+_stock_connection = aioice.ice.Connection
 
 
 def _local_parameters(gatherer: RTCIceGatherer) -> RTCIceParameters:
-    """Say of a connection that only answers that it does (``a=ice-lite``)."""
-    parameters = _find_local_parameters(gatherer)
+    """Mark a lite connection as such in the answer (``a=ice-lite``)."""
+    parameters = _stock_local_parameters(gatherer)
     parameters.iceLite = getattr(gatherer._connection, "is_lite", False)
     return parameters
 
 
-_find_local_parameters = RTCIceGatherer.getLocalParameters
+_stock_local_parameters = RTCIceGatherer.getLocalParameters
 
 
 def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
-    """Offer the addresses that were chosen, and 127.0.0.1 on a machine with only loopback."""
+    """Return the chosen addresses, or 127.0.0.1 on a machine with only loopback."""
     reach = _reach.get()
     if reach is not None and reach.addresses is not None:
         return [
             address for address in reach.addresses() if (use_ipv6 if ":" in address else use_ipv4)
         ]
-    return _found_addresses(use_ipv4, use_ipv6) or (["127.0.0.1"] if use_ipv4 else [])
+    return _stock_host_addresses(use_ipv4, use_ipv6) or (["127.0.0.1"] if use_ipv4 else [])
 
 
-_found_addresses = aioice.ice.get_host_addresses
+_stock_host_addresses = aioice.ice.get_host_addresses
 
 
 class _Guard:
-    """What is received by one ICE transport, without what nobody genuine can have sent."""
+    """Receives an ICE transport's datagrams, without those that cannot be genuine."""
 
     def __init__(self, receive: Callable[[], Awaitable[bytes]], *, is_known: bool) -> None:
         self._receive = receive
         self._is_known = is_known
         self.taken = 0
         self.sources: set[bytes] = set()
-        """SSRCs that had the keys: libsrtp keeps a state of each for ever."""
+        """Authenticated SSRCs: libsrtp keeps a state of each for ever."""
 
     async def __call__(self) -> bytes:
         while not self._may_pass(data := await self._receive()):
@@ -346,29 +346,29 @@ def _note_source(dtls: RTCDtlsTransport, source: bytes) -> None:
 
 
 async def _receive_next(dtls: RTCDtlsTransport) -> None:
-    """Handle one datagram, whose sender need not be who it says: so it may end nothing.
+    """Handle one datagram; its sender may be forged, so its errors must not end the peer.
 
-    What has been authenticated is handled by functions of our own, which do not raise.
+    Authenticated contents are handled by functions of our own, which do not raise.
     """
     ice: Any = dtls.transport
     if not isinstance(ice._recv, _Guard):
         ice._recv = _Guard(ice._recv, is_known=_is_known(getattr(dtls, _CERTIFICATE)))
     before = ice._recv.taken
     try:
-        await _take_next(dtls)
+        await _stock_recv_next(dtls)
     except ConnectionError:
         raise
     except Exception as error:
         if ice._recv.taken == before:
-            raise  # nothing came, so that it would be raised for ever
+            raise  # no datagram was read, so this would repeat for ever
         _LOG.info("a datagram was not understood", error=repr(error))
 
 
-_take_next = RTCDtlsTransport._recv_next
+_stock_recv_next = RTCDtlsTransport._recv_next
 
 
-def knows_other_end(pc: RTCPeerConnection) -> None:
-    """Let the other end, which the host has named, show whatever certificate it has."""
+def mark_other_end_known(pc: RTCPeerConnection) -> None:
+    """Accept any certificate of the other end, which the host has configured."""
     for certificate in getattr(pc, _CERTIFICATES):
         vars(certificate)["is_other_end_known"] = True
 
@@ -378,15 +378,15 @@ def _is_known(certificate: RTCCertificate) -> bool:
 
 
 def _ssl_context(certificate: RTCCertificate, srtp_profiles: list[Any]) -> SSL.Context:
-    """Build no chain of certificates: the fingerprint in the offer vouches for the leaf alone."""
-    context: SSL.Context = _make_ssl_context(certificate, srtp_profiles=srtp_profiles)
+    """Verify no certificate chain: the fingerprint in the offer vouches for the leaf alone."""
+    context: SSL.Context = _stock_ssl_context(certificate, srtp_profiles=srtp_profiles)
     if _is_known(certificate):
         return context
     context.set_verify(SSL.VERIFY_PEER | SSL.VERIFY_FAIL_IF_NO_PEER_CERT, _is_cheap_leaf)
     return context
 
 
-_make_ssl_context = RTCCertificate._create_ssl_context
+_stock_ssl_context = RTCCertificate._create_ssl_context
 
 
 def _is_cheap_leaf(
@@ -394,7 +394,7 @@ def _is_cheap_leaf(
 ) -> bool:
     """Return whether verifying signatures by this certificate's key takes under a millisecond.
 
-    OpenSSL asks before it verifies any: it finds that nobody it knows has signed the chain.
+    OpenSSL calls this before it verifies any signature, because it knows no issuer of the chain.
     """
     key = certificate.get_pubkey().to_cryptography_key() if depth == 0 else None
     if isinstance(key, rsa.RSAPublicKey):
@@ -403,13 +403,13 @@ def _is_cheap_leaf(
 
 
 def _data_received(connection: aioice.ice.Connection, data: bytes, component: int) -> None:
-    """Keep so many that wait, the newest, where aioice keeps all."""
+    """Keep only the newest unread datagrams; aioice's queue is unbounded."""
     if connection._queue.qsize() >= _MAX_WAITING:
         connection._queue.get_nowait()
-    _take_data(connection, data, component)
+    _stock_data_received(connection, data, component)
 
 
-_take_data = aioice.ice.Connection.data_received
+_stock_data_received = aioice.ice.Connection.data_received
 
 
 def _datagram_received(
@@ -420,20 +420,20 @@ def _datagram_received(
     if (wait_s := _early_s(protocol)) > 0:
         _hold_back(wait_s, protocol, data, address)
     elif meter is None or data[4:8] != _COOKIE:
-        _take_datagram(protocol, data, address)
+        _stock_datagram_received(protocol, data, address)
     elif meter.is_open:
         began_s = time.thread_time()
-        _take_datagram(protocol, data, address)
+        _stock_datagram_received(protocol, data, address)
         meter.charge(began_s)
 
 
-_take_datagram = aioice.ice.StunProtocol.datagram_received
+_stock_datagram_received = aioice.ice.StunProtocol.datagram_received
 
 
 def _hold_back(
     wait_s: float, protocol: aioice.ice.StunProtocol, data: bytes, address: tuple[Any, ...]
 ) -> None:
-    """Take it later; of too many the rest is dropped, since checks are repeated."""
+    """Handle the first `MOST_HELD` later and drop the others, since checks are retransmitted."""
     kept: dict[str, Any] = vars(protocol.receiver)
     kept["relay_held"] = held = kept.get("relay_held", 0) + 1
     if held <= MOST_HELD:
@@ -441,16 +441,16 @@ def _hold_back(
 
 
 def _late(protocol: aioice.ice.StunProtocol, data: bytes, address: tuple[Any, ...]) -> None:
-    """Take what was held back, unless a way was chosen meanwhile."""
+    """Handle a held datagram, unless a pair has been nominated meanwhile."""
     if not protocol.receiver._nominated:
         _datagram_received(protocol, data, address)
 
 
 def _early_s(protocol: aioice.ice.StunProtocol) -> float:
-    """Return how long what came by our relay waits, because a direct way may still be found.
+    """Return how long a datagram from our relay waits, as a direct path may still be found.
 
     aioice takes the first pair that works and gives up all others (RFC 8445, 8.1.1 leaves it to the
-    other side to wait), and a relay has no NAT to open: it would win wherever there is one.
+    other side to wait), and a relay has no NAT to open: it would always win.
     """
     ice: Any = protocol.receiver
     local = protocol.local_candidate
@@ -464,19 +464,19 @@ def _early_s(protocol: aioice.ice.StunProtocol) -> float:
 
 
 def _parsed_stun(data: bytes) -> aioice.stun.Message:
-    """Refuse attributes of a wrong length with the one error that aioice expects of itself.
+    """Parse a message; raise `ValueError`, as aioice expects, for attributes of a wrong length.
 
-    And what is longer than any frame, since each attribute is made into an object.
+    Refuse also what is longer than any frame, since aioice makes an object of each attribute.
     """
     if len(data) > datagram.MAX_BYTES:
         raise ValueError("a STUN message that is longer than a datagram")
     try:
-        return _parse_stun(data)
+        return _stock_parse_message(data)
     except (struct.error, IndexError) as error:
         raise ValueError(f"a STUN attribute of a wrong length: {error}") from error
 
 
-_parse_stun = aioice.stun.parse_message
+_stock_parse_message = aioice.stun.parse_message
 
 
 def _decoded_params(body: bytes) -> list[tuple[int, bytes]]:
@@ -487,10 +487,10 @@ def _decoded_params(body: bytes) -> list[tuple[int, bytes]]:
         if length < 4:
             raise ValueError("an SCTP parameter that is shorter than its header")
         at += length + -length % 4
-    return _decode_params(body)
+    return _stock_decode_params(body)
 
 
-_decode_params = rtcsctptransport.decode_params
+_stock_decode_params = rtcsctptransport.decode_params
 
 
 class SenderInPlace(ABC):
@@ -531,33 +531,33 @@ class SenderInPlace(ABC):
         if not self._is_sending:
             self._is_sending = True
             self._transport._register_rtp_sender(self, parameters)
-            self.begin(parameters)
+            self.start_sending(parameters)
 
     async def stop(self) -> None:
         """End for good; safe to call twice."""
         if self._is_sending:
             self._is_sending = False
             self._transport._unregister_rtp_sender(self)
-            self.end()
+            self.stop_sending()
 
     async def _handle_rtcp_packet(self, packet: AnyRtcpPacket) -> None:
-        del packet  # `on_rtcp` keeps all of it from aiortc
+        del packet  # never called: `on_rtcp` takes all RTCP
 
     @abstractmethod
-    def begin(self, parameters: RTCRtpSendParameters) -> None:
+    def start_sending(self, parameters: RTCRtpSendParameters) -> None:
         """Start sending as negotiated."""
 
     @abstractmethod
-    def end(self) -> None:
+    def stop_sending(self) -> None:
         """Stop sending."""
 
 
 class ReceiverInPlace(ABC):
     """Replaces aiortc's receiver `stock` in a transceiver.
 
-    That one starts a thread for each stream, queues without bound and holds back 80 ms of sound.
-    This has the attributes and methods that aiortc uses on a receiver. It gets all decrypted RTP of
-    its transport, and aiortc none: its router would keep each SSRC that a page makes up.
+    aiortc's receiver starts a thread for each stream, queues without bound and buffers 80 ms of
+    sound. This one has the attributes and methods that aiortc uses on it. It gets all decrypted RTP
+    of its transport; aiortc gets none, as its router would keep each SSRC that a page makes up.
     """
 
     def __init__(self, stock: RTCRtpReceiver) -> None:
@@ -568,7 +568,7 @@ class ReceiverInPlace(ABC):
 
     @property
     def track(self) -> MediaStreamTrack | None:
-        """What aiortc makes of the offer; nothing is ever put into it."""
+        """The track that aiortc makes of the offer; it never gets any media."""
         return self._track
 
     @property
@@ -582,7 +582,7 @@ class ReceiverInPlace(ABC):
         """Start with the negotiated `parameters`; safe to repeat."""
         if not self._is_receiving:
             self._is_receiving = True
-            self.begin(parameters)
+            self.start_receiving(parameters)
             self._transport._handle_rtp_data = self._handle_rtp_data  # type: ignore[method-assign]  # see above
 
     async def stop(self) -> None:
@@ -590,18 +590,18 @@ class ReceiverInPlace(ABC):
         self._is_receiving = False
 
     async def _handle_rtp_data(self, data: bytes, arrival_time_ms: int) -> None:
-        del arrival_time_ms  # by another clock
+        del arrival_time_ms  # from another clock
         _note_source(self._transport, datagram.rtp_source(data))
         if self._is_receiving:
-            self.heard(data)
+            self.handle_rtp(data)
 
     @abstractmethod
-    def begin(self, parameters: RTCRtpReceiveParameters) -> None:
+    def start_receiving(self, parameters: RTCRtpReceiveParameters) -> None:
         """Start receiving as negotiated."""
 
     @abstractmethod
-    def heard(self, packet: bytes) -> None:
-        """Handle a packet of RTP, whatever is in it; must not raise."""
+    def handle_rtp(self, packet: bytes) -> None:
+        """Handle an RTP packet with any content; must not raise."""
 
 
 _srtp: Any = pylibsrtp
@@ -616,7 +616,7 @@ class DtlsMediaTransport:
         self._memory: Any = None
 
     def protect(self, buffer: bytearray, at: int, size: int, *, is_rtcp: bool) -> int:
-        """Protect a packet in place, for which pylibsrtp would copy it twice."""
+        """Protect a packet in place; pylibsrtp would copy it twice."""
         if self._dtls._state is not rtcdtlstransport.State.CONNECTED:
             raise ConnectionError("the DTLS transport is not connected")
         if self._memory is None:
@@ -629,7 +629,7 @@ class DtlsMediaTransport:
         return protected
 
     def send(self, datagrams: memoryview, sizes: Sequence[int]) -> None:
-        """Send by the shared port, or by the pair that aioice has nominated last."""
+        """Send on the shared port, or on the pair that aioice nominated last."""
         connection: Any = self._dtls.transport._connection
         if hasattr(connection, "send_together"):
             connection.send_together(datagrams, sizes)
@@ -639,13 +639,13 @@ class DtlsMediaTransport:
             raise ConnectionError("there is no nominated pair")
         at = 0
         for size in sizes:
-            # A relay has a transport of this kind, too.
+            # A relayed pair has such a transport, too.
             pair.protocol.transport.sendto(bytes(datagrams[at : at + size]), pair.remote_addr)
             at += size
 
 
 def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
-    """Use our sender in this transceiver; aiortc has no public way to do that."""
+    """Use our sender in this transceiver; aiortc has no public way to replace it."""
     setattr(transceiver, _SENDER, sender)
 
 
@@ -655,19 +655,19 @@ def put_receiver(transceiver: RTCRtpTransceiver, receiver: ReceiverInPlace) -> N
 
 
 def follow_bundle(transceiver: RTCRtpTransceiver) -> None:
-    """Let a second transceiver of a kind use the one transport of the answer, too.
+    """Let another transceiver of the same kind use the bundled transport of the answer.
 
-    aiortc would leave it on that of the first of its kind, which it then stops.
+    aiortc would leave it on the transport of the first of its kind, which it then stops.
     """
     transceiver._bundled = False
 
 
 def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:
-    """Accept what the other end offers and aiortc does not know; call between offer and answer.
+    """Accept what the other end offers and aiortc does not know.
 
-    Or, where we have offered it, right after the answer. That is the header extensions with these
-    URIs, transport-wide feedback, and redundant audio (RFC 2198) for the chosen codec. Nothing is
-    parsed again.
+    These are the header extensions with these URIs, transport-wide feedback, and redundant audio
+    (RFC 2198) for the chosen codec. Call it between offer and answer or, if we made the offer,
+    right after the answer. Nothing is parsed again.
     """
     theirs: SessionDescription = getattr(pc, _OFFER) or getattr(pc, _ANSWER)
     for media in theirs.media:
@@ -704,11 +704,11 @@ def _is_red_of(offered: RTCRtpCodecParameters, chosen: RTCRtpCodecParameters) ->
     )
 
 
-def break_circles(pc: RTCPeerConnection) -> None:
-    """Let go of a closed connection's parts, so that their memory is free at once.
+def break_cycles(pc: RTCPeerConnection) -> None:
+    """Break a closed connection's reference cycles, so that its memory is freed at once.
 
-    They hold each other. Many of them would wait for the collector, which stops the event loop for
-    as long as it looks through them.
+    Many closed connections would wait for the garbage collector, which stops the event loop while
+    it traverses them.
     """
     transports = {transceiver.receiver.transport for transceiver in pc.getTransceivers()}
     if pc.sctp is not None:
@@ -716,7 +716,7 @@ def break_circles(pc: RTCPeerConnection) -> None:
         pc.sctp.remove_all_listeners()
         for channel in pc.sctp._data_channels.values():
             channel.remove_all_listeners()
-        # Those that the page had not closed, and what had not left.
+        # Channels that the page had not closed, and messages that had not left.
         pc.sctp._data_channels.clear()
         pc.sctp._data_channel_queue.clear()
         for patched in ("_handle_data", "_mark_received", "_send_sack", "_send_chunk"):
@@ -729,9 +729,9 @@ def break_circles(pc: RTCPeerConnection) -> None:
 
 
 def meter_receiving(pc: RTCPeerConnection, meter: Meter) -> None:
-    """Charge what each datagram costs to handle, and hand aiortc the next one when it may be.
+    """Charge the cost of handling each datagram, and hand aiortc the next when the meter allows.
 
-    Call it once the description of the other end is set: then the transports are those that stay.
+    Call it once the remote description is set: from then on the transports stay the same.
     """
     transports = {one.receiver.transport for one in pc.getTransceivers()}
     if pc.sctp is not None:
@@ -746,7 +746,7 @@ def _meter(ice: RTCIceTransport, meter: Meter) -> None:
     began_s: float | None = None
 
     async def metered() -> bytes:
-        # aiortc asks for the next datagram when it has done everything with the one before.
+        # aiortc asks for the next datagram once it has handled the previous one.
         nonlocal began_s
         if began_s is not None:
             meter.charge(began_s)
@@ -759,10 +759,11 @@ def _meter(ice: RTCIceTransport, meter: Meter) -> None:
     ice._recv = metered
 
 
-def authenticate(sctp: RTCSctpTransport) -> None:
-    """Tell the one port which datagrams the browser has encrypted; after `bound_association`.
+def report_authenticated(sctp: RTCSctpTransport) -> None:
+    """Tell the one port which datagrams were authenticated; call it after `bound_association`.
 
-    SCTP gets nothing else from DTLS, and that only once: it drops repetitions (RFC 6347, 4.1.2.6).
+    SCTP gets only authenticated data from DTLS, and only once: DTLS drops replays (RFC 6347,
+    4.1.2.6).
     """
     connection: Any = cast("Any", sctp.transport.transport)._connection
     if not getattr(connection, "is_lite", False):
@@ -789,10 +790,10 @@ def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) 
 
 
 def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
-    """Call back with all incoming RTCP, of which aiortc gets nothing.
+    """Call back with all incoming RTCP, and keep it from aiortc.
 
-    It misreads transport-wide feedback, and makes much of a little. RTP goes nowhere, unless there
-    is a receiver of ours.
+    aiortc misreads transport-wide feedback, and makes many objects of few bytes. RTP is dropped,
+    unless there is a receiver of ours.
     """
 
     async def heard(data: bytes) -> None:

@@ -1,6 +1,6 @@
-"""What touches private parts of aiortc's SCTP: the bounds of an association, and when it answers.
+"""All uses of private parts of aiortc's SCTP: bounds of an association, and its acknowledgements.
 
-`wax.rtc.private.check` says whether they are still there.
+`wax.rtc.private.check` verifies that these parts exist.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ MAX_WAITING_BYTES: Final = 65_536
 _MAX_FRAGMENTS: Final = 64
 """Fragments of incomplete messages: those of the longest message, 64 KiB, and a few more."""
 _MAX_AHEAD: Final = 256
-"""Chunks beyond a missing one: as many gaps as fit into an acknowledgement of one datagram."""
+"""Chunks beyond a missing one: as many gaps as fit into an acknowledgement in one datagram."""
 _MAX_STREAMS: Final = 8
 """A page has two data channels."""
 _MAX_CHUNKS: Final = 32
-"""Of one packet: a message of the page fills a tenth of one. The rest counts as lost."""
+"""Per packet: a message of the page fills a tenth of one. Further chunks count as lost."""
 _MAX_INITS: Final = 8
-"""Before there is an association: as often as it is tried (RFC 9260, Max.Init.Retransmits)."""
+"""Before there is an association: the number of attempts (RFC 9260, Max.Init.Retransmits)."""
 _ANSWERED: Final = frozenset((1, 2, 4, 7, 10, 130))
 """INIT, INIT ACK, HEARTBEAT, SHUTDOWN, COOKIE ECHO and RE-CONFIG get an answer at once."""
 _REPEATED: Final = frozenset((0,))
 """Only DATA comes more than once in a packet."""
 _RECONFIG_BYTES: Final = {13: 12 + 2 * _MAX_STREAMS, 16: 16}
-"""The parameters of browsers (RFC 6525, 4.1 and 4.4), without header: a request that resets
-streams, and an answer to ours."""
+"""Lengths without header of the parameters that browsers send (RFC 6525, 4.1 and 4.4): a request
+that resets streams, and a response to ours."""
 _SACK_BYTES: Final = 28
 """A packet with a SACK that has neither gaps nor duplicates."""
 _WHOLE: Final = 0b11
@@ -60,8 +60,8 @@ def delay_acknowledgements(
     """Acknowledge everything within `delay_s` together (RFC 9260, 6.2; at most 200 ms).
 
     aiortc acknowledges each message at once, in a datagram of 93 bytes: at twenty set-points a
-    second, a third of a modem's rate. What waits leaves with data, where some leaves sooner.
-    Messages of many packets are acknowledged immediately.
+    second, a third of a modem's rate. A waiting acknowledgement leaves with data if any is sent
+    sooner. Messages of many packets are acknowledged immediately.
     """
     delayed = _DelayedAcknowledgements(sctp, acknowledgement, delay_s)
     sctp._send_sack = delayed.send_later  # type: ignore[method-assign]
@@ -92,7 +92,7 @@ class _DelayedAcknowledgements:
             self._waiting = loop.call_later(self._delay_s, self._due)
 
     async def send(self, chunk: rtcsctptransport.Chunk) -> None:
-        """Send a chunk; data takes along what waits to be acknowledged (RFC 9260, 6.10)."""
+        """Send a chunk, bundling DATA with a waiting acknowledgement (RFC 9260, 6.10)."""
         is_data = isinstance(chunk, rtcsctptransport.DataChunk)
         sack = self._acknowledgement() if is_data and self._stop_waiting() else None
         if sack is None:
@@ -106,20 +106,20 @@ class _DelayedAcknowledgements:
             await self._send_alone(chunk)
 
     async def _send_alone(self, chunk: rtcsctptransport.Chunk) -> None:
-        """Send a packet; it counts as lost where DTLS has closed or is closing.
+        """Send one packet, which counts as lost if DTLS has closed or is closing.
 
-        aiortc sends in tasks that nobody awaits: an error there only fills the log.
+        aiortc sends in tasks that nobody awaits: an error there would only fill the log.
         """
         try:
             await self._send_chunk(chunk)
         except (ConnectionError, SSL.Error):
             if self._sctp.state == "closed":
-                # What is lost now is never acknowledged, and aiortc would repeat it for ever.
+                # Nothing will be acknowledged any more; aiortc would retransmit for ever.
                 for name in ("_t3_start", "_t3_restart"):
                     setattr(self._sctp, name, _do_nothing)
 
     def _stop_waiting(self) -> bool:
-        """Return whether anything waited."""
+        """Cancel a waiting acknowledgement; return whether there was one."""
         self._came_s.clear()
         waiting, self._waiting = self._waiting, None
         if waiting is not None:
@@ -127,7 +127,7 @@ class _DelayedAcknowledgements:
         return waiting is not None
 
     async def _send_now(self) -> None:
-        # Data may have taken it along. While it closes, DTLS refuses data by an error of its own.
+        # Data may have carried it. While DTLS closes, it refuses data with an error of its own.
         if not self._stop_waiting() or self._sctp.state == "closed":
             return
         if (sack := self._acknowledgement()) is not None:
@@ -145,7 +145,7 @@ def _do_nothing() -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Bundle:
-    """Chunks of one packet, as aiortc writes a single one."""
+    """Several chunks of one packet, which aiortc writes like a single one."""
 
     chunks: tuple[rtcsctptransport.Chunk, ...]
 
@@ -168,11 +168,11 @@ def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) 
         if is_over:
             return
         try:
-            why = await association.take(data)
+            why = await association.handle_packet(data)
         except ConnectionError:
             raise
         except Exception as error:
-            # It has the keys, so whatever aiortc stumbles over is its own.
+            # The page has the keys, so it has caused whatever error aiortc raises.
             why = f"it sent what is not understood ({error!r})"
         if why is not None:
             is_over = True
@@ -184,10 +184,10 @@ def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) 
 
 
 class Association:
-    """Takes what a browser sends, and answers with no more than came in.
+    """Handles a browser's packets, and answers with no more bytes than came in.
 
-    Of one packet that is DATA, a SACK, and one chunk that wants an answer: a browser sends one
-    HEARTBEAT, RE-CONFIG or COOKIE ECHO at a time.
+    Of each packet it handles DATA, one SACK, and one chunk that demands an answer: a browser sends
+    one HEARTBEAT, RE-CONFIG or COOKIE ECHO at a time.
     """
 
     def __init__(self, sctp: RTCSctpTransport) -> None:
@@ -195,10 +195,10 @@ class Association:
         self._inits = 0
         self._unanswered_bytes = 0
 
-    async def take(self, data: bytes) -> str | None:
+    async def handle_packet(self, data: bytes) -> str | None:
         """Handle a packet; return which bound it exceeds, None if none.
 
-        What cannot be parsed is ignored, as RFC 9260 wants it.
+        A packet that cannot be parsed is ignored, as RFC 9260 requires.
         """
         sctp = self._sctp
         found = _chunks(data)
@@ -216,7 +216,7 @@ class Association:
                 chunk = rtcsctptransport.CHUNK_TYPES[kind](flags, body)
             except (ValueError, struct.error):
                 return None
-            if (why := await self._take(chunk)) is not None:
+            if (why := await self._handle_chunk(chunk)) is not None:
                 return why
         self._unanswered_bytes += len(data)
         why = _excess(sctp)
@@ -224,7 +224,7 @@ class Association:
             await sctp._send_sack()
         return why
 
-    async def _take(self, chunk: rtcsctptransport.Chunk) -> str | None:
+    async def _handle_chunk(self, chunk: rtcsctptransport.Chunk) -> str | None:
         why = self._refusal(chunk)
         if why is None and not self._ignores(chunk):
             await self._sctp._receive_chunk(chunk)
@@ -252,16 +252,16 @@ class Association:
             sctp._sack_needed = sctp._sack_needed or is_too_far
             return is_too_far
         if isinstance(chunk, rtcsctptransport.InitChunk):
-            self._inits += 1  # nobody begins again with the same keys
+            self._inits += 1  # no browser restarts it with the same keys
             return sctp.state == "connected" or self._inits > _MAX_INITS
         if isinstance(chunk, rtcsctptransport.ShutdownChunk):
-            # Whoever leaves so is gone; aiortc would answer ten times.
+            # Close without an answer; aiortc would send it ten times.
             sctp._set_state(sctp.State.CLOSED)
             return True
         return False
 
     def mark_received(self, tsn: int) -> bool:
-        """Note a number; whether it came before. aiortc sorts all that wait for each."""
+        """Record a TSN; return whether it is known. aiortc sorts all waiting ones every time."""
         sctp = self._sctp
         newest, ahead = sctp._last_received_tsn, sctp._sack_misordered
         if newest is None or (tsn - newest - 1) % _UINT32 >= _UINT32 // 2 or tsn in ahead:
@@ -276,10 +276,9 @@ class Association:
         return False
 
     def acknowledgement(self) -> rtcsctptransport.SackChunk | None:
-        """Return one with as many gaps and duplicates as leave it no longer than what came in.
+        """Return a SACK with gaps and duplicates, but no longer than what came in.
 
-        Numbers that are left out stay unknown to the other end, which sends them again (RFC 9260,
-        6.2: as many as fit).
+        The other end retransmits the TSNs that are left out (RFC 9260, 6.2: as many as fit).
         """
         sctp = self._sctp
         newest = sctp._last_received_tsn
@@ -303,7 +302,7 @@ _crc32c: Any = cast("Any", rtcsctptransport).crc32c
 def _chunks(packet: bytes) -> list[tuple[int, int, bytes]]:
     """Return type, flags and body of the first chunks that aiortc knows; none of a broken packet.
 
-    aiortc makes objects of all of them.
+    aiortc would make objects of all chunks.
     """
     found: list[tuple[int, int, bytes]] = []
     at = rtcsctptransport.SCTP_COMMON_HEADER_LENGTH
@@ -322,7 +321,7 @@ def _chunks(packet: bytes) -> list[tuple[int, int, bytes]]:
 
 
 def _gaps(ahead: Collection[int], newest: int) -> list[tuple[int, int]]:
-    """Return the runs of numbers that have come, as distances from the newest in order."""
+    """Return the runs of received TSNs, in order, as offsets from the newest acknowledged."""
     gaps: list[tuple[int, int]] = []
     for place in sorted([(tsn - newest) % _UINT32 for tsn in ahead]):
         if gaps and place == gaps[-1][1] + 1:
@@ -333,7 +332,7 @@ def _gaps(ahead: Collection[int], newest: int) -> list[tuple[int, int]]:
 
 
 def add_chunk(stream: rtcsctptransport.InboundStream, chunk: rtcsctptransport.DataChunk) -> None:
-    """Put a chunk in its place among those that wait, which aiortc looks for one by one."""
+    """Insert a chunk in TSN order by bisection; aiortc searches one by one."""
     before = chunk.tsn - _UINT32 // 2
     insort(stream.reassembly, chunk, key=lambda one: (one.tsn - before) % _UINT32)
 
@@ -347,7 +346,7 @@ def _is_too_far_ahead(sctp: RTCSctpTransport, chunk: rtcsctptransport.DataChunk)
 
 
 def _acknowledges_unsent(sctp: RTCSctpTransport, sack: rtcsctptransport.SackChunk) -> bool:
-    """Whether gaps cover more than is in flight: aiortc loops over every number in them."""
+    """Whether the SACK covers more than is in flight: aiortc loops over every TSN in a gap."""
     under_way: int = (sctp._local_tsn - 1 - sack.cumulative_tsn) % _UINT32
     told: int = sum(max(end - begin + 1, 0) for begin, end in sack.gaps)
     return under_way >= _UINT32 // 2 or told > under_way

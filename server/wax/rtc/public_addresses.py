@@ -1,7 +1,7 @@
 """The public addresses that viewers are offered: configured ones, and what STUN servers see.
 
-A household's address changes with its provider's whims, so it is asked for again. What was seen of
-an address that this machine has no more, as in another Wi-Fi, is of another network.
+A household's address changes at its provider's whim, so the servers are asked repeatedly. The
+result expires when this machine loses the local address it was seen for, as in another Wi-Fi.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _EVERY_S: Final = 300.0
-_AGAIN_S: Final = 30.0
-"""After no server has answered."""
-_LOOK_S: Final = 2.0
-"""How often to look whether this machine is still where it was seen."""
+_RETRY_S: Final = 30.0
+"""Retry interval while no server answers."""
+_CHECK_S: Final = 2.0
+"""How often to check whether this machine still has that local address."""
 
 
 class PublicAddresses:
-    """`fixed` addresses, and the one that the first of `servers` that answers sees.
+    """The `fixed` addresses, and the one seen by the first of `servers` that answers.
 
     `ask` blocks, and raises `StunError`. `is_ours` tells whether this machine has an address now.
     """
@@ -49,23 +49,23 @@ class PublicAddresses:
         self._problem: str | None = None
 
     def now(self) -> list[str]:
-        """Return the addresses, without repetition."""
+        """Return the addresses, without duplicates."""
         seen = [] if self._seen is None or self._has_moved else [self._seen.public]
         return list(dict.fromkeys([*self._fixed, *seen]))
 
     async def run(self) -> None:
-        """Keep them up to date until cancelled."""
+        """Keep the addresses up to date until cancelled."""
         if not self._servers:
             await asyncio.Event().wait()
         while True:
-            is_known = await self.look()
-            for _ in range(round((_EVERY_S if is_known else _AGAIN_S) / _LOOK_S)):
-                await asyncio.sleep(_LOOK_S)
+            is_known = await self.refresh()
+            for _ in range(round((_EVERY_S if is_known else _RETRY_S) / _CHECK_S)):
+                await asyncio.sleep(_CHECK_S)
                 if self._has_moved:
                     break
 
-    async def look(self) -> bool:
-        """Ask until one answers; what was seen before in this network stays otherwise."""
+    async def refresh(self) -> bool:
+        """Ask each server until one answers; if none does, keep this network's last result."""
         if self._has_moved:
             self._seen = None
         problem = ""

@@ -1,4 +1,4 @@
-"""A peer that offers: a rendition, the sound, or both, to a media server that passes them on."""
+"""A peer that offers a rendition, the sound, or both to a media server that forwards them."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _LOG = structlog.get_logger(__name__)
 
 _CLOSE_S: Final = 2.0
 _EXTENSIONS: Final = (rtp.CAPTURE_TIME,)
-"""Not transport-wide feedback: LiveKit's comes after twenty packets, and who waits for that before
-they send more waits for ever. The receiver's reports tell of the loss."""
+"""Not transport-wide feedback: LiveKit sends it after twenty packets, so a sender that waits for it
+before sending more waits for ever. Receiver reports tell of the loss."""
 
 
 @dataclass(slots=True)
 class _Sent:
-    """When the first and the last was sent since the newest report, in seconds."""
+    """When the first and the last packet since the newest report were sent, in seconds."""
 
     first_s: float
     last_s: float
@@ -49,7 +49,7 @@ class _Sent:
 class Publisher:
     """Lives for one session: `offer`, `accept`, `connected`, `close`.
 
-    `on_keyframe_wanted` is called where somebody who watches needs one. A lane that is None is not
+    `on_keyframe_wanted` is called when a viewer needs a keyframe. A lane that is None is not
     offered.
     """
 
@@ -67,7 +67,7 @@ class Publisher:
         self._changed = asyncio.Event()
         self._tap = TransportTap(SenderSideControl(_ignore), clock.now_s, _nothing)
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
-        private.knows_other_end(self._pc)
+        private.mark_other_end_known(self._pc)
         self._pc.on("connectionstatechange", self._changed.set)
         self._senders: list[Sender] = []
         self._unanswered: dict[Kind, _Sent] = {}
@@ -87,15 +87,15 @@ class Publisher:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it is connected and every sender works."""
+        """Whether it is connected or connecting, and every sender works."""
         states = ("connected", "connecting", "new")
         return self._pc.connectionState in states and not any(one.failed for one in self._senders)
 
     @property
     def unheard_s(self) -> float:
-        """For how long it has been sent to without a report; 0 before the first packet.
+        """How long packets have been sent without a report; 0 before the first packet.
 
-        Whoever receives reports each second on what comes, but not on a source that is silent.
+        A receiver reports each second on what arrives, but not on a silent source.
         """
         return max((self._unheard_s(one) for one in self._senders), default=0.0)
 
@@ -107,16 +107,16 @@ class Publisher:
         return self._pc.localDescription.sdp
 
     async def accept(self, answer: str) -> None:
-        """Take the answer; raises `SignallingError` for one that cannot be used."""
+        """Apply the answer; raises `SignallingError` if it cannot be used."""
         try:
             await self._pc.setRemoteDescription(RTCSessionDescription(answer, "answer"))
         except Exception as error:
             # aiortc's parser raises all sorts of errors.
             raise SignallingError(f"the answer cannot be used: {error}") from error
-        private.widen(self._pc, _EXTENSIONS)  # before the senders begin
+        private.widen(self._pc, _EXTENSIONS)  # before the senders start
 
     async def connected(self) -> None:
-        """Wait until it sends; raises `ConnectionError` when it fails instead."""
+        """Wait until it is connected; raises `ConnectionError` if it fails instead."""
         while self._pc.connectionState != "connected":
             if not self.is_alive:
                 raise ConnectionError(f"the connection is {self._pc.connectionState}")
@@ -131,7 +131,7 @@ class Publisher:
         except Exception:
             _LOG.exception("a publisher did not close cleanly")
         finally:
-            private.break_circles(self._pc)
+            private.break_cycles(self._pc)
 
     def _transceiver(self, kind: Kind) -> RTCRtpTransceiver:
         transceiver = self._pc.addTransceiver(kind, direction="sendonly")

@@ -1,7 +1,7 @@
-"""What a browser's RTCP asks and reports (RFC 3550, 6.4; RFC 4585; RFC 5104, 4.3.1). Pure.
+"""Parses a browser's RTCP (RFC 3550, 6.4; RFC 4585; RFC 5104, 4.3.1). Pure.
 
-Read by hand, because aiortc makes objects of all there is, and a list of what a NACK only names:
-up to 17 numbers for four bytes. Here a datagram costs what a browser's costs, whatever is in it.
+Parsed by hand, because aiortc makes objects of everything, and a list of all that a NACK names: up
+to 17 numbers for four bytes. Here no datagram costs more than a browser's, whatever is in it.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from struct import Struct
 from typing import Final, NamedTuple
 
 MOST_PACKETS: Final = 32
-"""Read of one datagram. A browser sends a report, a name, and a few requests for each stream."""
+"""Packets read per datagram. A browser sends a report, a name, and a few requests per stream."""
 MOST_FEEDBACK: Final = 4
-"""Of them with transport-wide feedback: libwebrtc sends one, two where times do not fit."""
-MOST_ASKED: Final = 256
-"""Sequence numbers asked for again in one datagram: more than two seconds of pictures."""
+"""Feedback packets among these: libwebrtc sends one, or two if the times do not fit."""
+MOST_NACKED: Final = 256
+"""Sequence numbers requested by one datagram: more than two seconds of pictures."""
 
 _SENDER_REPORT: Final = 200
 _RECEIVER_REPORT: Final = 201
@@ -30,7 +30,7 @@ _REPORT: Final = Struct("!LBxxxLLLL")
 _SSRC: Final = Struct("!L")
 _ASKED: Final = Struct("!HH")
 _REPORTER_BYTES: Final = {_SENDER_REPORT: 28, _RECEIVER_REPORT: 8}
-"""What stands before the report blocks."""
+"""The bytes before the report blocks."""
 
 
 class ReportBlock(NamedTuple):
@@ -43,13 +43,13 @@ class ReportBlock(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class HeardRtcp:
-    """What one datagram says; by SSRC of ours, or what claims to be one."""
+    """The contents of one datagram, by SSRC of ours, or a number that claims to be one."""
 
     feedback: list[bytes] = field(default_factory=list)
     """Packets of transport-wide feedback, to be parsed."""
     reports: dict[int, ReportBlock] = field(default_factory=dict)
-    asked: dict[int, list[int]] = field(default_factory=dict)
-    """Sequence numbers to send again."""
+    nacks: dict[int, list[int]] = field(default_factory=dict)
+    """Sequence numbers to retransmit."""
     keyframes: set[int] = field(default_factory=set)
 
 
@@ -87,8 +87,8 @@ def _read_request(
 ) -> None:
     (ssrc,) = _SSRC.unpack_from(compound, at + 8)
     if what == (_RTPFB, _NACK):
-        asked = heard.asked.setdefault(ssrc, [])
-        left = MOST_ASKED - sum(map(len, heard.asked.values()))
+        asked = heard.nacks.setdefault(ssrc, [])
+        left = MOST_NACKED - sum(map(len, heard.nacks.values()))
         asked += _numbers(compound, at + 12, end, left)
     elif what == (_PSFB, _PLI):
         heard.keyframes.add(ssrc)

@@ -3,7 +3,7 @@
 aiortc's own encodes for each viewer, has no pacing and no transport-wide numbers, retransmits
 without limit, reports the time of sending as that of capture, and loses keyframe requests. This one
 sends what was encoded for everybody, and asks congestion control before a picture leaves. It is a
-state machine with one timer: a coroutine a packet costs as much as the packet.
+state machine with one timer: a coroutine per packet would cost as much as the packet.
 """
 
 from __future__ import annotations
@@ -44,8 +44,7 @@ _SRTP_BYTES: Final = 10
 _RTP_BYTES: Final = 20
 """Header with the extension that every packet has."""
 _APART_S: Final = 1e-6
-"""Between the packets of one call, which leave one after the other: the estimator tells them apart
-by their times."""
+"""Assumed between the packets of one call: the estimator tells them apart by their times."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +67,13 @@ def wire_bytes(packet: rtp.Packet) -> int:
 
 
 class Sender(private.SenderInPlace):
-    """The common part of both senders."""
+    """The common part of the sound and picture senders."""
 
     kind: ClassVar[Literal["audio", "video"]]
 
     def __init__(self, context: SenderContext, lane: Lane) -> None:
-        # A browser delays sound in the same stream for a late picture; here the sound is the master
-        # and only sync/ couples them.
+        # A browser would delay sound for a late picture in the same stream; here the sound is the
+        # master and only sync/ couples them.
         super().__init__(context.stock, f"wax-{self.kind}")
         self.origin = random.getrandbits(32)
         """The RTP time of media time zero, random by RFC 3550, 5.1."""
@@ -104,8 +103,8 @@ class Sender(private.SenderInPlace):
 
     # --- the transceiver's interface -------------------------------------------------------
 
-    def begin(self, parameters: RTCRtpSendParameters) -> None:
-        self._tap.join(self.transport)
+    def start_sending(self, parameters: RTCRtpSendParameters) -> None:
+        self._tap.attach(self.transport)
         self._tap.add(self)
         numbers = {one.uri: one.id for one in parameters.headerExtensions}
         self._ids = rtp.ExtensionIds(
@@ -124,7 +123,7 @@ class Sender(private.SenderInPlace):
         self._plan_report()
         self._wake()
 
-    def end(self) -> None:
+    def stop_sending(self) -> None:
         self._egress = None
         self._tap.remove(self)
         self._source.listen(_nobody)
@@ -132,9 +131,9 @@ class Sender(private.SenderInPlace):
             if timer is not None:
                 timer.cancel()
 
-    # --- what the browser says (transport_tap.Stream) --------------------------------------
+    # --- what the browser sends (transport_tap.Stream) -------------------------------------
 
-    def reported(self, report: ReportBlock) -> None:
+    def handle_report(self, report: ReportBlock) -> None:
         now_s = self._now_s()
         self._tap.congestion.lost(report.fraction_lost / 256, now_s, self.kind)
         self.heard_s = now_s
@@ -143,28 +142,28 @@ class Sender(private.SenderInPlace):
             self.round_trip_s = trip_s
             self._tap.congestion.round_trip(trip_s, now_s)
 
-    def asked(self, numbers: Sequence[int]) -> None:
-        """Do nothing: what is lost would be late."""
+    def handle_nack(self, numbers: Sequence[int]) -> None:
+        """Do nothing: a retransmission would come too late."""
 
-    def keyframe_asked(self) -> None:
-        """Do nothing: there are none."""
+    def handle_keyframe_request(self) -> None:
+        """Do nothing: sound has no keyframes."""
 
     # --- what the two kinds do differently -------------------------------------------------
 
     _extra_name: ClassVar[str]
-    """The companion of the stream's codec."""
+    """The codec's companion format: retransmissions or redundancy."""
 
     @abstractmethod
     def _work(self) -> float | None:
-        """Send what may leave now; return in how many seconds to go on, None to wait for news."""
+        """Send what may leave now; return the seconds until the next call, None to wait."""
 
     # --- sending ---------------------------------------------------------------------------
 
     def _wake(self) -> None:
-        """Send what there is, or what has come while something was being sent; never raises.
+        """Send what is available, including what arrives meanwhile; never raises.
 
-        What is sent is counted, which may change what is sent next: so this may be called inside
-        itself. A time to go on that has been set is kept.
+        Counting what was sent may change what is sent next, so this may be called recursively. A
+        timer that is already set is kept.
         """
         self._has_news = True
         if self._is_working or self._timer is not None:
@@ -176,30 +175,30 @@ class Sender(private.SenderInPlace):
                 self._has_news = False
                 wait_s = self._work()
             if wait_s is not None and self._egress is not None:
-                self._timer = asyncio.get_running_loop().call_later(wait_s, self._go_on)
+                self._timer = asyncio.get_running_loop().call_later(wait_s, self._resume)
         except Exception as error:
             self._fail(error)
         finally:
             self._is_working = False
 
-    def _go_on(self) -> None:
+    def _resume(self) -> None:
         self._timer = None
         self._wake()
 
     def _fail(self, error: Exception) -> None:
-        """Stop for good; the peer is closed by whoever looks."""
-        if not isinstance(error, ConnectionError):  # then the transport is closed, the peer will be
+        """Stop for good; whoever checks `failed` closes the peer."""
+        if not isinstance(error, ConnectionError):  # then the peer is closing
             _LOG.exception("a sender failed", kind=self.kind)
         self.failed = True
-        self.end()
+        self.stop_sending()
 
     @property
     def newest_captured_s(self) -> float | None:
-        """When the newest content that was sent was captured, None before the first."""
+        """Capture time of the newest content sent, None before the first."""
         return None if self._newest is None else self._newest[1]
 
     def _captured_ntp(self, item: Encoded) -> int | None:
-        """Return when its content was captured, None if nobody wants to know."""
+        """Return the item's capture time, None if the extension for it was not negotiated."""
         if self._ids.capture_time is None:
             return None
         return rtp.ntp_time(UNIX_ZERO_S + item.captured_s)
@@ -210,10 +209,10 @@ class Sender(private.SenderInPlace):
         self._sequence_number = (number + 1) % UINT16
         return number
 
-    def _put(
+    def _send_packets(
         self, packets: Sequence[rtp.Packet], now_s: float, *, train: int | None = None
     ) -> None:
-        """Send packets of the stream, which leave together."""
+        """Send packets of the stream together."""
         self._transmit(packets, now_s, kind=self.kind, train=train)
         self._packets += len(packets)
         self._octets += sum([len(one.head) + len(one.payload) for one in packets])
@@ -232,7 +231,7 @@ class Sender(private.SenderInPlace):
             number = None
             if has_feedback:
                 sent_s = now_s + index * _APART_S
-                number = self._tap.mark(wire_bytes(packet), sent_s, kind=kind, train=train)
+                number = self._tap.number_packet(wire_bytes(packet), sent_s, kind=kind, train=train)
             extensions = rtp.extension_block(
                 self._ids,
                 transport_sequence=number,
@@ -240,17 +239,17 @@ class Sender(private.SenderInPlace):
                 captured_ntp=packet.captured_ntp,
             )
             ready.append(packet.to_bytes(extensions))
-        self._leave(ready, now_s, has_feedback=has_feedback)
+        self._send_datagrams(ready, now_s, has_feedback=has_feedback)
 
-    def _leave(
+    def _send_datagrams(
         self, ready: Sequence[bytes], now_s: float, *, has_feedback: bool, is_rtcp: bool = False
     ) -> None:
         if self._egress is None:
             raise ConnectionError("the sender has ended")
         for index, size in enumerate(self._egress.send(ready, is_rtcp=is_rtcp)):
-            self._tap.left(size, now_s + index * _APART_S, has_feedback=has_feedback)
+            self._tap.count_media(size, now_s + index * _APART_S, has_feedback=has_feedback)
 
-    def _left(self, item: Encoded) -> None:
+    def _note_sent(self, item: Encoded) -> None:
         self._newest = (item.pts, item.captured_s)
         self._on_sent(item)
 
@@ -259,7 +258,7 @@ class Sender(private.SenderInPlace):
         self._report_timer = asyncio.get_running_loop().call_later(wait_s, self._report)
 
     def _report(self) -> None:
-        """Report the RTP time of now in capture time, so that encoding delay causes no skew."""
+        """Report which RTP time is being captured now, so that encoding delay causes no skew."""
         try:
             if self._newest is not None:
                 self._send_report(*self._newest)
@@ -281,7 +280,7 @@ class Sender(private.SenderInPlace):
             cname=self._cname,
         )
         self._reported.sent(ntp, now_s)
-        self._leave([report], now_s, has_feedback=False, is_rtcp=True)
+        self._send_datagrams([report], now_s, has_feedback=False, is_rtcp=True)
 
 
 def _nobody() -> None: ...

@@ -1,4 +1,4 @@
-"""The sound to one browser: each packet as soon as it is ready."""
+"""Sends sound to one browser, each packet as soon as it is ready."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MAX_BYTES: Final = 1200
 class SoundSender(Sender):
     """Sends sound as soon as it is ready, and repeats earlier sound on lossy links.
 
-    What was lost is not sent again: it would be late, and the next packets repeat it.
+    Lost sound is not retransmitted: it would be late, and the next packets repeat it.
     """
 
     kind = "audio"
@@ -30,15 +30,15 @@ class SoundSender(Sender):
         super().__init__(context, lane)
         self._lane = lane
 
-    def begin(self, parameters: RTCRtpSendParameters) -> None:
-        super().begin(parameters)
+    def start_sending(self, parameters: RTCRtpSendParameters) -> None:
+        super().start_sending(parameters)
         self._lane.offered(redundancy=self._extra_payload_type is not None)
 
     def _work(self) -> None:
         while (sound := self._lane.take()) is not None:
             now_s = self._now_s()
-            self._put([self._packet(sound)], now_s)
-            self._left(sound)
+            self._send_packets([self._packet(sound)], now_s)
+            self._note_sent(sound)
 
     def _packet(self, sound: EncodedSound) -> Packet:
         payload_type, payload = self._payload_type, sound.data

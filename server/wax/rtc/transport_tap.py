@@ -10,7 +10,7 @@ import structlog
 from wax.congestion.wire_cost import UDP_IP_BYTES
 from wax.errors import ProtocolError
 from wax.rtc import feedback, private, rtcp
-from wax.rtc.in_flight import MOST_TOLD, InFlight
+from wax.rtc.in_flight import MOST_DELIVERIES, InFlight
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,18 +23,18 @@ _LOG = structlog.get_logger(__name__)
 
 
 class Stream(Protocol):
-    """One of ours; none of these may raise."""
+    """One of our streams; its methods must not raise."""
 
     @property
     def ssrc(self) -> int: ...
 
-    def reported(self, report: rtcp.ReportBlock) -> None: ...
+    def handle_report(self, report: rtcp.ReportBlock) -> None: ...
 
-    def asked(self, numbers: Sequence[int]) -> None:
-        """Handle a request to send packets again."""
+    def handle_nack(self, numbers: Sequence[int]) -> None:
+        """Handle a request to retransmit packets."""
         ...
 
-    def keyframe_asked(self) -> None: ...
+    def handle_keyframe_request(self) -> None: ...
 
 
 class TransportTap:
@@ -54,26 +54,26 @@ class TransportTap:
         self._streams: dict[int, Stream] = {}
         self._transports: WeakSet[RTCDtlsTransport] = WeakSet()
 
-    def join(self, transport: RTCDtlsTransport) -> None:
+    def attach(self, transport: RTCDtlsTransport) -> None:
         """Count what this transport sends and handle its RTCP; safe to repeat."""
         if transport not in self._transports:
             self._transports.add(transport)
-            private.on_datagram(transport, self._sent)
-            private.on_rtcp(transport, self._told)
+            private.on_datagram(transport, self._count_dtls)
+            private.on_rtcp(transport, self._handle_rtcp)
 
     def add(self, stream: Stream) -> None:
-        """Tell a stream what the browser says of it; safe to repeat."""
+        """Hand a stream the browser's reports and requests; safe to repeat."""
         self._streams[stream.ssrc] = stream
 
     def remove(self, stream: Stream) -> None:
-        """Tell a stream nothing more; safe to repeat."""
+        """Hand a stream nothing more; safe to repeat."""
         self._streams.pop(stream.ssrc, None)
 
     def forget(self) -> None:
-        """Expect no feedback about what has left: it went another way."""
+        """Expect no feedback about packets in flight: they took another path."""
         self._transmissions.forget()
 
-    def mark(
+    def number_packet(
         self,
         size_bytes: int,
         now_s: float,
@@ -83,13 +83,13 @@ class TransportTap:
     ) -> int | None:
         """Return the transport-wide sequence number for a packet of about this size, or None.
 
-        To be called for each packet of a stream with feedback, just before it leaves.
+        Call it for each packet of a stream with feedback, just before it leaves.
         """
         if not self.congestion.requests_feedback(train, now_s):
             return None
         return self._transmissions.sent(now_s, size_bytes=size_bytes, kind=kind, train=train)
 
-    def left(self, size_bytes: int, now_s: float, *, has_feedback: bool) -> None:
+    def count_media(self, size_bytes: int, now_s: float, *, has_feedback: bool) -> None:
         """Count a datagram of media; `has_feedback` says whether its stream has any."""
         self.congestion.sent(
             size_bytes + UDP_IP_BYTES, now_s, is_media=True, has_feedback=has_feedback
@@ -99,30 +99,30 @@ class TransportTap:
         """Return how long a picture has to wait in s; 0 to send it now."""
         return self.congestion.free_in_s(self._transmissions.oldest_unreported_s(now_s), now_s)
 
-    def _sent(self, datagram: bytes) -> None:
-        """Count a datagram of DTLS, and with it of the data channels."""
+    def _count_dtls(self, datagram: bytes) -> None:
+        """Count a datagram of DTLS, which carries the data channels."""
         self.congestion.sent(
             len(datagram) + UDP_IP_BYTES, self._now_s(), is_media=False, has_feedback=False
         )
 
-    def _told(self, datagram: bytes) -> None:
-        """Handle all that the browser says of what it is sent."""
+    def _handle_rtcp(self, datagram: bytes) -> None:
+        """Handle a datagram of the browser's RTCP."""
         heard = rtcp.read(datagram)
         if self.congestion.uses_feedback:
-            self._delivered(heard.feedback)
+            self._handle_feedback(heard.feedback)
         for ssrc, report in heard.reports.items():
             if (stream := self._streams.get(ssrc)) is not None:
-                stream.reported(report)
-        for ssrc, numbers in heard.asked.items():
+                stream.handle_report(report)
+        for ssrc, numbers in heard.nacks.items():
             if (stream := self._streams.get(ssrc)) is not None:
-                stream.asked(numbers)
+                stream.handle_nack(numbers)
         for ssrc in heard.keyframes:
             if (stream := self._streams.get(ssrc)) is not None:
-                stream.keyframe_asked()
+                stream.handle_keyframe_request()
 
-    def _delivered(self, found: Sequence[bytes]) -> None:
+    def _handle_feedback(self, found: Sequence[bytes]) -> None:
         now_s = self._now_s()
-        left = MOST_TOLD
+        left = MOST_DELIVERIES
         for one in found:
             try:
                 deliveries = self._transmissions.reported(feedback.parse(one), now_s)[-left:]
@@ -130,7 +130,7 @@ class TransportTap:
                 _LOG.debug("feedback refused", error=str(error))
                 self._on_refused()
                 continue
-            if deliveries:  # a repetition says nothing new
+            if deliveries:  # none in a repeated feedback
                 self.congestion.delivered(deliveries, now_s)
             left -= len(deliveries)
             if not left:

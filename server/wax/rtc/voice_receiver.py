@@ -19,9 +19,9 @@ _OPUS: Final = "audio/opus"
 
 
 class VoiceReceiver(private.ReceiverInPlace):
-    """Hands over each packet of Opus; whether it is heard is not decided here.
+    """Hands over each Opus packet; whether anybody hears it is decided elsewhere.
 
-    `on_packet` gets None for one that cannot be read, and must not raise.
+    `on_packet` gets None for an unreadable packet, and must not raise.
     """
 
     def __init__(
@@ -31,12 +31,12 @@ class VoiceReceiver(private.ReceiverInPlace):
         self._on_packet = on_packet
         self._payload_type: int | None = None
 
-    def begin(self, parameters: RTCRtpReceiveParameters) -> None:
+    def start_receiving(self, parameters: RTCRtpReceiveParameters) -> None:
         self._payload_type = next(
             (one.payloadType for one in parameters.codecs if one.mimeType.lower() == _OPUS), None
         )
 
-    def heard(self, packet: bytes) -> None:
+    def handle_rtp(self, packet: bytes) -> None:
         if self._payload_type is None:
             return
         try:

@@ -291,7 +291,7 @@ class Routes:
 
     async def ice(self, request: web.Request) -> web.Response:
         self._access.admit(request[_VISITOR])  # a relay costs traffic: it is for viewers only
-        told = self._ice.page(secrets.token_hex(4), self._clock.wall_ms() / 1000)
+        told = self._ice.for_page(secrets.token_hex(4), self._clock.wall_ms() / 1000)
         return web.json_response(told)
 
     async def become_host(self, request: web.Request) -> web.Response:

@@ -39,7 +39,7 @@ def is_through_door(settings: Settings, folder: Path) -> None:
     assert settings.network.mode == "full-ice"
     assert settings.network.stun == ["stun:robot.example.org:3478"]
     assert (settings.door.host, settings.door.port) == ("robot.example.org", 20001)
-    assert IceServers(settings.network, settings.relay).of("1", 0.0)[1]["credential"]
+    assert IceServers(settings.network, settings.relay).for_viewer("1", 0.0)[1]["credential"]
     for name in (settings.door.key_file, settings.relay.secret_file):
         assert (folder / name).stat().st_mode & 0o777 == 0o600
     key = load_ssh_private_key(Path(settings.door.key_file).read_bytes(), password=None)

@@ -94,7 +94,7 @@ class _Page:
         self.tap = TransportTap(self.congestion, self.clock.now_s, self._refuse)
         self.transport = Transport()
         self.congestion.negotiated(has_feedback=True)
-        self.tap.join(self.transport)
+        self.tap.attach(self.transport)
         senders: tuple[Sender, ...] = (
             SoundSender(self._context(_SOUND), lane=cast("Any", _Lane())),
             PictureSender(
@@ -112,8 +112,8 @@ class _Page:
     def send(self) -> None:
         for _ in range(_A_TIME):
             self.clock.time_s += 0.002
-            self.tap.mark(1200, self.clock.time_s, kind="video", train=None)
-            self.tap.left(1200, self.clock.time_s, has_feedback=True)
+            self.tap.number_packet(1200, self.clock.time_s, kind="video", train=None)
+            self.tap.count_media(1200, self.clock.time_s, has_feedback=True)
 
     def hear(self, data: bytes) -> None:
         self.clock.time_s += 0.03
@@ -279,17 +279,17 @@ class _Viewer:
         self.agent.username, self.agent.password = "ours", "secret"
         self.agent.remote_username, self.agent.remote_password = "theirs", "secret"
 
-    def stun(self, message: aioice.stun.Message, path: Path) -> None:
-        self.agent.requested(message, path, 0.0)
-        self.agent.answered(message, path, 0.0)
+    def handle_stun(self, message: aioice.stun.Message, path: Path) -> None:
+        self.agent.handle_request(message, path, 0.0)
+        self.agent.handle_response(message, path, 0.0)
         assert self.agent.selected is None  # nothing but an answer to our random check does that
 
-    def datagram(self, data: bytes, path: Path) -> None: ...
+    def handle_datagram(self, data: bytes, path: Path) -> None: ...
 
-    def stray(self, data: bytes, path: Path) -> None:
+    def try_stray(self, data: bytes, path: Path) -> None:
         assert data[0] == 23  # what is under the keys of DTLS, and nothing else
 
-    def displaced(self, path: Path) -> None: ...
+    def lose_path(self, path: Path) -> None: ...
 
 
 def _hear_one_port(data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""Nothing but short answers goes to an address that has not answered a check of ours."""
+"""An address that has not answered a check of ours gets only short answers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STRANGER = Path(0, "203.0.113.1", 53)
 
 
 class Browser:
-    """The other end, which knows both ends' credentials."""
+    """The browser's side, which knows both ends' credentials."""
 
     def __init__(self) -> None:
         self.agent = LiteAgent(now_s=0.0)
@@ -31,25 +31,25 @@ class Browser:
         password: str | None = None,
         username: str | None = None,
     ) -> list[Message]:
-        """Send a check by a path; returns what comes back by it."""
+        """Send a check on a path; return what comes back on it."""
         request = Message(Method.BINDING, Class.REQUEST)
         request.attributes["USERNAME"] = username or f"{self.agent.username}:browser"
         request.attributes["PRIORITY"] = 1
         if nominates:
             request.attributes["USE-CANDIDATE"] = None
         request.add_message_integrity((password or self.agent.password).encode())
-        sent = self.agent.requested(parse_message(bytes(request)), path, now_s)
+        sent = self.agent.handle_request(parse_message(bytes(request)), path, now_s)
         assert all(one.path == path for one in sent)
         return [parse_message(one.data) for one in sent]
 
     def answer(
         self, probe: Message, path: Path = HERE, now_s: float = 0.0, *, password: str = "secret"
     ) -> bool:
-        """Answer a check of the agent's by a path."""
+        """Answer a check by the agent on a path."""
         answer = Message(Method.BINDING, Class.RESPONSE, probe.transaction_id)
         answer.attributes["XOR-MAPPED-ADDRESS"] = ("192.0.2.1", 8081)
         answer.add_message_integrity(password.encode())
-        return self.agent.answered(parse_message(bytes(answer)), path, now_s)
+        return self.agent.handle_response(parse_message(bytes(answer)), path, now_s)
 
     def verify(self, path: Path = HERE, now_s: float = 0.0, *, nominates: bool = True) -> None:
         _, probe = self.check(path, now_s, nominates=nominates)
@@ -61,8 +61,8 @@ def browser() -> Browser:
     return Browser()
 
 
-def test_a_check_is_answered_and_checked(browser: Browser) -> None:
-    """The answer says where it came from and is signed; so is our own check."""
+def test_a_check_is_answered_and_triggers_our_own(browser: Browser) -> None:
+    """The answer is signed and contains the sender's address; our own check is signed, too."""
     answer, probe = browser.check()
     assert answer.message_class == Class.RESPONSE
     assert answer.attributes["XOR-MAPPED-ADDRESS"] == (HERE.host, HERE.port)
@@ -70,18 +70,18 @@ def test_a_check_is_answered_and_checked(browser: Browser) -> None:
     assert probe.attributes["USERNAME"] == f"browser:{browser.agent.username}"
     assert probe.check_message_integrity(b"secret")
     assert browser.agent.selected is None
-    assert not browser.agent.heard(HERE, 0.0)
+    assert not browser.agent.note_datagram(HERE, 0.0)
 
 
 def test_an_address_that_answers_is_accepted(browser: Browser) -> None:
-    """Nominated, it is where everything is sent."""
+    """A nominated address that answers our check gets all traffic."""
     browser.verify()
-    assert browser.agent.heard(HERE, 0.0)
+    assert browser.agent.note_datagram(HERE, 0.0)
     assert browser.agent.selected == HERE
 
 
-def test_the_nomination_may_come_later(browser: Browser) -> None:
-    """The first address that answers is used until the browser has chosen."""
+def test_a_nomination_may_follow_verification(browser: Browser) -> None:
+    """The first address that answers is used until the browser nominates one."""
     browser.verify(HERE, nominates=False)
     assert browser.agent.selected == HERE
     browser.verify(THERE, 0.1, nominates=False)
@@ -90,8 +90,8 @@ def test_the_nomination_may_come_later(browser: Browser) -> None:
     assert browser.agent.selected == THERE
 
 
-def test_a_strangers_address_gets_nothing_but_answers(browser: Browser) -> None:
-    """A viewer writes somebody else's address on a check: a few short datagrams, and no video."""
+def test_a_forged_address_gets_only_short_answers(browser: Browser) -> None:
+    """An address forged on a check gets a few short datagrams, and no video."""
     browser.verify()
     sent = len(browser.check(STRANGER, nominates=True))
     now_s = 0.0
@@ -103,8 +103,8 @@ def test_a_strangers_address_gets_nothing_but_answers(browser: Browser) -> None:
     assert not browser.agent.is_asking
 
 
-def test_many_strangers_addresses_share_a_budget(browser: Browser) -> None:
-    """A hundred of them in a second draw a dozen checks of ours."""
+def test_forged_addresses_share_a_rate_limit(browser: Browser) -> None:
+    """Checks from a hundred forged addresses in a second draw a dozen checks of ours."""
     probes = 0
     for number in range(100):
         path = Path(0, f"203.0.113.{number}", 53)
@@ -113,14 +113,14 @@ def test_many_strangers_addresses_share_a_budget(browser: Browser) -> None:
 
 
 @pytest.mark.parametrize("username", ["other:browser", "x", "", ":"])
-def test_what_is_not_signed_for_us_gets_no_answer(browser: Browser, username: str) -> None:
-    """Neither a guess nor another peer's check."""
+def test_a_check_that_is_not_for_us_gets_no_answer(browser: Browser, username: str) -> None:
+    """A check with a wrong password or another peer's name gets no answer."""
     assert browser.check(password="wrong") == []
     assert browser.check(username=username or ":browser") == []
 
 
-def test_before_the_offer_is_known_nothing_is_answered() -> None:
-    """There is no password yet to check with."""
+def test_no_check_is_answered_before_the_offer() -> None:
+    """Before the offer is known, no check is answered."""
     browser = Browser()
     browser.agent.remote_username = None
     assert browser.check() == []
@@ -128,7 +128,7 @@ def test_before_the_offer_is_known_nothing_is_answered() -> None:
 
 @pytest.mark.parametrize("fault", ["password", "path", "transaction", "error"])
 def test_a_forged_answer_verifies_nothing(browser: Browser, fault: str) -> None:
-    """Wrongly signed, from elsewhere, to another check, or a refusal."""
+    """A wrongly signed, foreign, mismatched or error response verifies nothing."""
     _, probe = browser.check(nominates=True)
     if fault == "password":
         assert not browser.answer(probe, password="wrong")
@@ -140,12 +140,12 @@ def test_a_forged_answer_verifies_nothing(browser: Browser, fault: str) -> None:
         refusal = Message(Method.BINDING, Class.ERROR, probe.transaction_id)
         refusal.attributes["ERROR-CODE"] = (487, "Role Conflict")
         refusal.add_message_integrity(b"secret")
-        assert not browser.agent.answered(parse_message(bytes(refusal)), HERE, 0.0)
+        assert not browser.agent.handle_response(parse_message(bytes(refusal)), HERE, 0.0)
     assert browser.agent.selected is None
 
 
-def test_a_lost_check_is_sent_again(browser: Browser) -> None:
-    """The same transaction, so that an answer to either counts."""
+def test_a_lost_check_is_retransmitted(browser: Browser) -> None:
+    """A retransmitted check keeps its transaction, so that either answer counts."""
     _, probe = browser.check(nominates=True)
     assert browser.agent.tick(0.05) == []
     (again,) = browser.agent.tick(0.11)
@@ -154,10 +154,10 @@ def test_a_lost_check_is_sent_again(browser: Browser) -> None:
     assert browser.agent.tick(5.0) == []
 
 
-def test_a_rebound_address_takes_over(browser: Browser) -> None:
-    """A router gives the browser another port; the browser only goes on checking."""
+def test_a_rebound_nat_port_takes_over(browser: Browser) -> None:
+    """A browser that checks from a new port, given by its router, is followed there."""
     browser.verify()
-    browser.agent.heard(HERE, 10.0)
+    browser.agent.note_datagram(HERE, 10.0)
     browser.verify(THERE, 11.0, nominates=False)
     assert browser.agent.selected == HERE
     browser.check(THERE, 12.1)
@@ -168,67 +168,68 @@ def probes(datagrams: list[Datagram]) -> list[Message]:
     return [parse_message(one.data) for one in datagrams]
 
 
-def test_a_browser_that_goes_on_elsewhere_is_checked_and_followed(browser: Browser) -> None:
-    """It encrypts from another address: that is checked at once, and used once it has answered."""
+def test_authenticated_data_from_a_new_address_is_checked_and_followed(browser: Browser) -> None:
+    """Authenticated data from a new address has it checked at once, and used once it answers."""
     browser.verify()
     assert not browser.agent.is_quiet(0.2)
     assert browser.agent.is_quiet(0.3)
-    (probe,) = probes(browser.agent.spoke(THERE, 0.3))
+    (probe,) = probes(browser.agent.note_authenticated(THERE, 0.3))
     assert probe.check_message_integrity(b"secret")
-    assert browser.agent.spoke(THERE, 0.31) == []
+    assert browser.agent.note_authenticated(THERE, 0.31) == []
     assert browser.agent.selected == HERE
-    assert not browser.agent.heard(THERE, 0.32)
+    assert not browser.agent.note_datagram(THERE, 0.32)
     assert browser.answer(probe, THERE, 0.35)
     assert browser.agent.selected == THERE
 
 
-def test_a_browser_that_comes_back_is_followed_at_once(browser: Browser) -> None:
-    """Its earlier address has been checked; but what was under way from there moves nothing."""
+def test_a_browser_back_at_a_verified_address_is_followed(browser: Browser) -> None:
+    """A browser back at a verified address is followed, unless its data was still in flight."""
     browser.verify(HERE)
     browser.verify(THERE, 1.0)
-    browser.agent.heard(HERE, 1.1)
-    assert browser.agent.spoke(HERE, 1.1) == []
+    browser.agent.note_datagram(HERE, 1.1)
+    assert browser.agent.note_authenticated(HERE, 1.1) == []
     assert browser.agent.selected == THERE
-    browser.agent.heard(HERE, 1.5)
-    assert browser.agent.spoke(HERE, 1.5) == []
+    browser.agent.note_datagram(HERE, 1.5)
+    assert browser.agent.note_authenticated(HERE, 1.5) == []
     assert browser.agent.selected == HERE
 
 
-def test_what_is_sent_on_from_elsewhere_draws_few_checks(browser: Browser) -> None:
-    """Somebody on the way writes strangers' addresses on all that the browser sends."""
+def test_data_with_forged_addresses_draws_few_checks(browser: Browser) -> None:
+    """Data re-sent from many forged addresses draws few checks."""
     browser.verify()
     sent = 0
     for number in range(100):
         path = Path(0, f"203.0.113.{number}", 53)
-        sent += len(browser.agent.spoke(path, number / 100))
+        sent += len(browser.agent.note_authenticated(path, number / 100))
     assert sent <= 8 + 4 + 1
     assert browser.agent.selected == HERE
 
 
-def test_paths_are_few(browser: Browser) -> None:
-    """The one in use is never given up for a new one."""
+def test_the_number_of_paths_is_bounded(browser: Browser) -> None:
+    """The number of paths is bounded, and the selected one is never dropped for a new one."""
     browser.verify()
     for number in range(50):
         browser.verify(Path(0, "192.0.2.9", number + 1), number * 2.0, nominates=False)
         browser.check(HERE, number * 2.0)
     assert browser.agent.selected == HERE
     assert (
-        sum(browser.agent.heard(Path(0, "192.0.2.9", n + 1), 100.0) for n in range(50)) < MAX_PATHS
+        sum(browser.agent.note_datagram(Path(0, "192.0.2.9", n + 1), 100.0) for n in range(50))
+        < MAX_PATHS
     )
 
 
-def test_consent_ends(browser: Browser) -> None:
-    """Half a minute without a check; datagrams alone do not count (RFC 7675)."""
+def test_consent_expires(browser: Browser) -> None:
+    """Consent expires after half a minute without a check (RFC 7675), despite other datagrams."""
     browser.verify()
-    browser.agent.heard(HERE, 29.0)
+    browser.agent.note_datagram(HERE, 29.0)
     assert not browser.agent.is_lost(30.0)
     assert browser.agent.is_lost(30.1)
     browser.check(HERE, 30.1)
     assert not browser.agent.is_lost(60.0)
 
 
-def test_nobody_consents_for_an_address_that_they_have_left(browser: Browser) -> None:
-    """Checks from elsewhere that answer none of ours do not keep video going to the old one."""
+def test_an_abandoned_address_loses_consent(browser: Browser) -> None:
+    """Checks from elsewhere that answer none of ours do not keep video going to the old address."""
     browser.verify()
     for second in range(1, 31):
         browser.check(THERE, float(second), nominates=True)
@@ -241,8 +242,8 @@ def test_nobody_consents_for_an_address_that_they_have_left(browser: Browser) ->
 
 @examples(200)
 @given(st.data())
-def test_nothing_is_selected_that_has_not_answered(data: st.DataObject) -> None:
-    """Whatever comes by whatever path, in any order."""
+def test_only_verified_addresses_are_selected(data: st.DataObject) -> None:
+    """No input, in any order, selects an address that has not answered a check."""
     browser = Browser()
     now_s = 0.0
     verified: set[Path] = set()
@@ -258,7 +259,7 @@ def test_nothing_is_selected_that_has_not_answered(data: st.DataObject) -> None:
             case "forge" if path in open_probes:
                 assert not browser.answer(open_probes[path], path, now_s, password="wrong")
             case "speak":
-                for one in probes(browser.agent.spoke(path, now_s)):
+                for one in probes(browser.agent.note_authenticated(path, now_s)):
                     open_probes[path] = one
             case "tick":
                 browser.agent.tick(now_s)
@@ -267,4 +268,4 @@ def test_nothing_is_selected_that_has_not_answered(data: st.DataObject) -> None:
                     if one.message_class == Class.REQUEST:
                         open_probes[path] = one
         assert browser.agent.selected is None or browser.agent.selected in verified
-        assert all(path in verified for path in paths if browser.agent.heard(path, now_s))
+        assert all(path in verified for path in paths if browser.agent.note_datagram(path, now_s))

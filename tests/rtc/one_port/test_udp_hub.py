@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 HERE: Final = "127.0.0.1"
 ELSEWHERE: Final = "127.0.0.2"
 SOON_S: Final = 0.1
-"""Long enough for a datagram on the loopback interface that does come."""
+"""Long enough for a datagram on the loopback interface to arrive."""
 
 
 def on_any_port(host: str) -> socket.socket:
@@ -48,7 +48,7 @@ def on_any_port(host: str) -> socket.socket:
 
 
 class Browser:
-    """The other end of a connection, at an address of its own."""
+    """The browser's side of a connection, at an address of its own."""
 
     def __init__(self, hub: UdpHub, peer: LiteConnection, name: str, host: str = HERE) -> None:
         self.peer = peer
@@ -58,9 +58,9 @@ class Browser:
         self.socket = on_any_port(host)
 
     def moves(self, host: str = HERE) -> None:
-        """Get another port, as from a router that has forgotten the old one."""
+        """Switch to another port, as given by a router that has forgotten the old one."""
         old, self.socket = self.socket, on_any_port(host)
-        old.close()  # once the other is bound: it might get the same again
+        old.close()  # after the new one is bound, which might get the same port
 
     def sends(self, data: bytes) -> None:
         self.socket.sendto(data, self.server)
@@ -89,12 +89,12 @@ class Browser:
         return bytes(response)
 
     async def verifies(self, *, nominates: bool = True) -> None:
-        """Check, and answer the check that this brings."""
+        """Check, and answer the check that this triggers."""
         self.sends(self.check(nominates=nominates))
         assert parse_message(await self.hears() or b"").message_class == Class.RESPONSE
         self.sends(self.answer(await self.hears() or b""))
         await async_until(lambda: self.is_verified)
-        # A busy machine may have been asked again meanwhile.
+        # On a busy machine the check may have been retransmitted meanwhile.
         assert nothing(self.socket, but_checks=True)
 
     @property
@@ -104,7 +104,7 @@ class Browser:
         return any(path.port == port and state.is_verified for path, state in paths)
 
     async def gets(self, data: bytes) -> bool:
-        """Tell whether what is sent to this browser comes to it."""
+        """Return whether data sent to this browser arrives."""
         await self.peer.send(data)
         return await self.hears() == data
 
@@ -156,7 +156,7 @@ def stranger() -> Iterator[socket.socket]:
 
 
 def nothing(at: socket.socket, *, but_checks: bool = False) -> bool:
-    """Tell whether nothing has come to a socket, or only checks, which are taken out."""
+    """Return whether nothing, or nothing but checks, has arrived at a socket, and drain it."""
     try:
         while at.recv(2048)[:1] < b"\x04" and but_checks:
             pass
@@ -166,7 +166,7 @@ def nothing(at: socket.socket, *, but_checks: bool = False) -> bool:
 
 
 async def test_two_peers_share_the_port(rig: Rig) -> None:
-    """What each browser sends comes to its own peer, and what that sends to it alone."""
+    """Each browser reaches only its own peer, and each peer only its own browser."""
     connecting = [asyncio.create_task(peer.connect()) for peer in rig.peers]
     for browser in (rig.ada, rig.bob):
         await browser.verifies()
@@ -180,14 +180,14 @@ async def test_two_peers_share_the_port(rig: Rig) -> None:
 
 
 async def test_public_and_own_addresses_are_offered(rig: Rig) -> None:
-    """A viewer in the same network may be unable to reach the router's outer side."""
+    """Local addresses are offered too, as some routers' public side is unreachable from inside."""
     offered = [(one.host, one.port, one.type) for one in rig.peers[0].local_candidates]
     port = rig.hub.port
     assert offered == [(HERE, port, "host"), ("203.0.113.7", port, "host")]
 
 
-async def test_a_check_that_is_replayed_from_elsewhere_moves_nothing(rig: Rig) -> None:
-    """Whoever sees a check may send it again from anywhere: they get a few short datagrams."""
+async def test_a_replayed_check_moves_nothing(rig: Rig) -> None:
+    """An eavesdropper who replays a check gets a few short datagrams, and no traffic moves."""
     await rig.ada.verifies()
     with stranger() as other:
         for _ in range(50):
@@ -203,8 +203,8 @@ async def test_a_check_that_is_replayed_from_elsewhere_moves_nothing(rig: Rig) -
     assert rig.peers[0]._queue.empty()
 
 
-async def test_anothers_check_does_not_take_an_address(rig: Rig) -> None:
-    """Who sends bob's check from ada's address gets nothing of ada's: ada does not answer it."""
+async def test_another_peers_check_does_not_take_over_an_address(rig: Rig) -> None:
+    """Bob's check sent from ada's address gets none of ada's traffic: ada does not answer ours."""
     await rig.ada.verifies()
     rig.ada.sends(rig.bob.check())
     answered, probe = await rig.ada.hears(), await rig.ada.hears()
@@ -219,8 +219,8 @@ async def test_anothers_check_does_not_take_an_address(rig: Rig) -> None:
         await asyncio.wait_for(rig.peers[1].recv(), SOON_S)
 
 
-async def test_a_port_that_a_router_gives_to_the_next_is_theirs(rig: Rig) -> None:
-    """Once verified by bob, what was ada's address is bob's, and ada's peer sends nothing there."""
+async def test_a_reassigned_nat_port_changes_owner(rig: Rig) -> None:
+    """An address of ada's that bob verifies is bob's, and ada's peer stops sending there."""
     await rig.ada.verifies()
     bobs, rig.bob.socket = rig.bob.socket, rig.ada.socket
     await rig.bob.verifies()
@@ -231,8 +231,8 @@ async def test_a_port_that_a_router_gives_to_the_next_is_theirs(rig: Rig) -> Non
     rig.bob.socket = bobs
 
 
-async def test_a_browser_behind_a_new_port_is_followed(rig: Rig) -> None:
-    """Once it checks and nominates from there."""
+async def test_a_browser_that_nominates_a_new_port_is_followed(rig: Rig) -> None:
+    """A browser is followed to a new port once it checks and nominates from there."""
     await rig.ada.verifies()
     rig.ada.moves()
     await rig.ada.verifies()
@@ -240,12 +240,12 @@ async def test_a_browser_behind_a_new_port_is_followed(rig: Rig) -> None:
 
 
 RECORD: Final = b"\x17\xfe\xfd\x00\x01" + bytes(60)
-"""Data under the keys of DTLS."""
+"""Encrypted DTLS application data."""
 
 
 @pytest.fixture
 def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let any pause of a browser's be one in which it may have moved."""
+    """Treat any pause of a browser as a possible change of address."""
     monkeypatch.setattr(lite_agent, "_QUIET_S", 0.0)
 
 
@@ -254,8 +254,8 @@ async def reads(peer: LiteConnection) -> bytes:
 
 
 @pytest.mark.usefixtures("quiet")
-async def test_a_browser_that_only_sends_on_is_followed(rig: Rig) -> None:
-    """From another address, without a check: what its keys fit is answered by one of ours."""
+async def test_a_browser_that_sends_from_a_new_address_is_followed(rig: Rig) -> None:
+    """Authenticated data from a new address draws a check, whose answer moves traffic there."""
     moves: list[int] = []
     rig.peers[0]._on_moved = lambda: moves.append(1)
     await rig.ada.verifies()
@@ -271,8 +271,8 @@ async def test_a_browser_that_only_sends_on_is_followed(rig: Rig) -> None:
 
 
 @pytest.mark.usefixtures("quiet")
-async def test_a_browser_that_is_back_at_an_address_is_followed_at_once(rig: Rig) -> None:
-    """It has answered there before, so what its keys fit is enough."""
+async def test_a_browser_back_at_its_old_address_is_followed_at_once(rig: Rig) -> None:
+    """At an address verified before, authenticated data alone moves traffic there."""
     await rig.ada.verifies()
     first, rig.ada.socket = rig.ada.socket, socket.socket(type=socket.SOCK_DGRAM)
     rig.ada.moves()
@@ -287,8 +287,8 @@ async def test_a_browser_that_is_back_at_an_address_is_followed_at_once(rig: Rig
 
 
 @pytest.mark.usefixtures("quiet")
-async def test_what_no_keys_fit_moves_nobody(rig: Rig) -> None:
-    """Each viewer who is not heard tries it, and a stranger gets nothing."""
+async def test_undecryptable_data_moves_nobody(rig: Rig) -> None:
+    """Every silent peer tries an undecryptable datagram, and its sender gets nothing."""
     await rig.ada.verifies()
     await rig.bob.verifies()
     with stranger() as other:
@@ -297,14 +297,16 @@ async def test_what_no_keys_fit_moves_nobody(rig: Rig) -> None:
             assert await reads(peer) == RECORD
         rig.ada.sends(b"from ada")
         assert await reads(rig.peers[0]) == b"from ada"
-        rig.peers[0].authenticated()  # that, and not what the stranger sent
+        rig.peers[0].authenticated()  # that datagram, not the stranger's
         await asyncio.sleep(SOON_S)
         assert nothing(other)
     assert await rig.ada.gets(b"picture")
 
 
-async def test_who_is_heard_tries_nothing(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A viewer whose datagrams come has no use for a stranger's; nor is a handshake tried."""
+async def test_a_peer_that_is_heard_tries_no_strays(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A peer that hears its browser tries no stranger's datagram; nobody tries a handshake."""
     await rig.ada.verifies()
     with stranger() as other:
         other.sendto(RECORD, rig.ada.server)
@@ -318,10 +320,10 @@ async def test_who_is_heard_tries_nothing(rig: Rig, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.usefixtures("quiet")
-async def test_strangers_bytes_are_tried_at_a_bounded_rate(
+async def test_strays_are_tried_at_a_bounded_rate(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """However many come, and each viewer has one of them waiting at most."""
+    """Strangers' datagrams are tried at a bounded rate, and each peer queues one at most."""
     await rig.ada.verifies()
     await rig.bob.verifies()
     monkeypatch.setattr(udp_hub, "_STRAYS_HZ", 0.0)
@@ -330,17 +332,15 @@ async def test_strangers_bytes_are_tried_at_a_bounded_rate(
         rig.hub.received(0, RECORD, ELSEWHERE, 4000)
     assert [peer._queue.qsize() for peer in rig.peers] == [1, 1]
     for peer in rig.peers:
-        monkeypatch.setattr(peer, "stray", lambda data, _path: tried.append(data))
+        monkeypatch.setattr(peer, "try_stray", lambda data, _path: tried.append(data))
     for number in range(10_000):
         rig.hub.received(0, RECORD, ELSEWHERE, 1000 + number)
     assert 100 < len(tried) <= 200
 
 
 @pytest.mark.usefixtures("quiet")
-async def test_all_who_are_not_heard_try_in_turns(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Many say little: whoever has moved waits behind them for a few datagrams only."""
+async def test_silent_peers_try_strays_in_turn(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Among many silent peers, one whose browser has moved waits for a few datagrams only."""
     await rig.ada.verifies()
     await rig.bob.verifies()
     monkeypatch.setattr(udp_hub, "_STRAY_TRIES", 1)
@@ -349,8 +349,8 @@ async def test_all_who_are_not_heard_try_in_turns(
         assert [peer._queue.qsize() for peer in rig.peers] == tried
 
 
-async def test_candidates_are_not_asked(rig: Rig) -> None:
-    """An offer full of strangers' addresses sends them nothing."""
+async def test_candidates_are_not_checked(rig: Rig) -> None:
+    """Candidates of strangers in an offer are sent nothing."""
     with stranger() as other:
         host, port = other.getsockname()
         for number in range(100):
@@ -366,7 +366,7 @@ async def test_candidates_are_not_asked(rig: Rig) -> None:
 
 
 async def test_junk_is_dropped_without_an_answer(rig: Rig) -> None:
-    """Whatever comes from whom nobody knows."""
+    """No kind of junk from an unknown address gets an answer."""
     good = rig.ada.check()
     other_password = Message(Method.BINDING, Class.REQUEST)
     other_password.attributes["USERNAME"] = f"{rig.peers[0].local_username}:ada"
@@ -393,9 +393,7 @@ async def test_junk_is_dropped_without_an_answer(rig: Rig) -> None:
 
 @settings(suppress_health_check=[*UNTIMED, HealthCheck.function_scoped_fixture])
 @given(data=st.binary(max_size=600), is_stun=st.booleans(), is_ada=st.booleans())
-async def test_any_bytes_are_survived(
-    rig: Rig, data: bytes, *, is_stun: bool, is_ada: bool
-) -> None:
+async def test_no_bytes_raise(rig: Rig, data: bytes, *, is_stun: bool, is_ada: bool) -> None:
     """No bytes raise anything, neither from a stranger nor from a viewer."""
     if is_stun:
         head = rig.ada.check()[:20]
@@ -405,7 +403,7 @@ async def test_any_bytes_are_survived(
 
 
 async def test_an_empty_datagram_ends_nothing(rig: Rig) -> None:
-    """Whoever can write a viewer's address on it: the next one is read as if it had not come."""
+    """After a forged empty datagram, the next one is read as usual."""
     await rig.ada.verifies()
     rig.ada.sends(b"")
     rig.ada.sends(b"from ada")
@@ -413,8 +411,8 @@ async def test_an_empty_datagram_ends_nothing(rig: Rig) -> None:
 
 
 async def test_a_flood_delays_nobody_else(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What one viewer floods us with waits in their own queue, and what is too much is lost."""
-    monkeypatch.setattr(lite_connection, "_STEP_S", 0.0)  # each takes all of it
+    """One viewer's flood waits in their own queue, and the overflow is lost."""
+    monkeypatch.setattr(lite_connection, "_STEP_S", 0.0)  # each datagram uses it up
     read: list[str] = []
 
     async def reads(peer: LiteConnection) -> None:
@@ -437,10 +435,10 @@ async def test_a_flood_delays_nobody_else(rig: Rig, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize(("each_s", "in_a_row"), [(0.0001, 5), (0.0006, 1)])
-async def test_what_costs_little_does_not_wait_for_the_next_pass(
+async def test_cheap_datagrams_share_a_pass(
     each_s: float, in_a_row: int, rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A driver's commands come with reports and receipts, and passes may be 20 ms long."""
+    """Cheap datagrams share a pass, so that commands do not queue behind reports in long passes."""
     worked_s = 0.0
     monkeypatch.setattr(time, "thread_time", lambda: worked_s)
     await rig.ada.verifies()
@@ -466,8 +464,8 @@ async def test_what_costs_little_does_not_wait_for_the_next_pass(
 
 
 @pytest.mark.skipif(not CAN_CONNECT, reason="this system has one queue for all")
-async def test_what_a_peer_does_not_read_stays_in_its_own_queue() -> None:
-    """A flood costs nobody anything: it is not even read, and the others' datagrams come."""
+async def test_unread_datagrams_stay_in_the_peers_own_queue() -> None:
+    """An unread flood costs nobody anything, and the others' datagrams arrive."""
     hub = UdpHub(0, lambda: [HERE])
     await hub.open()
     async with Rig(hub) as rig:
@@ -480,14 +478,14 @@ async def test_what_a_peer_does_not_read_stays_in_its_own_queue() -> None:
         await async_until(lambda: rig.peers[0]._queue.qsize() >= 16)
         await asyncio.sleep(SOON_S)
         assert rig.peers[0]._queue.qsize() == 16
-        for number in range(100):  # and once it does read, goes on where it was
+        for number in range(100):  # and once it reads, it resumes where it was
             assert await reads(rig.peers[0]) == b"%d" % number
 
 
-async def test_of_a_flood_in_the_common_queue_the_newest_are_kept(
+async def test_a_shared_queue_keeps_the_newest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Where the system has one queue for all: an old command is of no use to anybody."""
+    """A shared queue keeps the newest datagrams: an old command is useless."""
     monkeypatch.setattr(udp_hub, "CAN_CONNECT", False)
     hub = UdpHub(0, lambda: [HERE])
     await hub.open()
@@ -502,11 +500,11 @@ async def test_of_a_flood_in_the_common_queue_the_newest_are_kept(
 
 
 async def test_a_forged_icmp_message_ends_nothing(rig: Rig) -> None:
-    """A connected socket hears of it as an error; what comes after is read."""
+    """After an ICMP error on a connected socket, later datagrams are read."""
     await rig.ada.verifies()
     address = rig.ada.socket.getsockname()
     rig.ada.socket.close()
-    await rig.peers[0].send(b"nobody listens there")  # the kernel says so
+    await rig.peers[0].send(b"nobody listens there")  # the kernel reports an error
     await asyncio.sleep(0.01)
     rig.ada.socket = socket.socket(type=socket.SOCK_DGRAM)
     rig.ada.socket.setblocking(False)
@@ -515,10 +513,10 @@ async def test_a_forged_icmp_message_ends_nothing(rig: Rig) -> None:
     assert await reads(rig.peers[0]) == b"from ada"
 
 
-async def test_without_another_socket_a_viewer_shares_the_common_one(
+async def test_a_viewer_without_a_socket_uses_the_shared_one(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the process may open no more files, everything comes as it would elsewhere."""
+    """If no more files can be opened, datagrams arrive through the shared socket."""
 
     def refuse(*_: object) -> None:
         raise OSError(errno.EMFILE, "too many open files")
@@ -530,7 +528,7 @@ async def test_without_another_socket_a_viewer_shares_the_common_one(
 
 
 class Poor(Meter):
-    """The meter of somebody who has used up their time."""
+    """A meter that is over budget."""
 
     def __init__(self) -> None:
         super().__init__(Turnstile(SystemClock()), rich_meter()._guest)
@@ -538,10 +536,10 @@ class Poor(Meter):
     is_open = False
 
 
-async def test_a_flood_of_checks_is_paid_for_by_whom_they_name(
+async def test_a_flood_of_checks_is_charged_to_the_named_peer(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whoever is over budget is not even answered, from whatever port; a newcomer connects."""
+    """Checks of a peer over budget are not answered on any port; a newcomer connects."""
     await rig.ada.verifies()
     monkeypatch.setattr(rig.peers[0], "meter", Poor())
     rig.ada.sends(rig.ada.check())
@@ -554,8 +552,10 @@ async def test_a_flood_of_checks_is_paid_for_by_whom_they_name(
     await rig.ada.verifies()
 
 
-async def test_who_never_checks_is_given_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A half-open peer frees its place: connecting ends, with everything that it held."""
+async def test_connecting_without_checks_times_out(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Connecting times out without checks, and releases everything it held."""
     monkeypatch.setattr(lite_connection, "_CONNECT_S", 0.05)
     with pytest.raises(ConnectionError):
         await rig.peers[0].connect()
@@ -567,7 +567,7 @@ async def test_who_never_checks_is_given_up(rig: Rig, monkeypatch: pytest.Monkey
 
 
 async def test_a_closed_peer_leaves_nothing_in_the_hub(rig: Rig) -> None:
-    """Neither its name, its paths, nor its open checks."""
+    """A closed peer leaves no name, paths or pending checks in the hub."""
     await rig.ada.verifies()
     with stranger() as other:
         other.sendto(rig.ada.check(), rig.ada.server)
@@ -581,10 +581,8 @@ async def test_a_closed_peer_leaves_nothing_in_the_hub(rig: Rig) -> None:
         await rig.peers[0].send(b"late")
 
 
-async def test_checks_that_nobody_answers_are_forgotten(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A viewer who names strangers without end fills nothing."""
+async def test_unanswered_checks_are_forgotten(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Checks to strangers are forgotten, however many addresses a viewer forges."""
     connecting = asyncio.create_task(rig.peers[0].connect())
     await rig.ada.verifies()
     await connecting
@@ -596,28 +594,28 @@ async def test_checks_that_nobody_answers_are_forgotten(
 
 
 async def test_a_port_in_use_is_a_sentence(rig: Rig) -> None:
-    """It says which port, why, and what to do."""
+    """The sentence says which port, why, and what to do."""
     second = UdpHub(rig.hub.port, lambda: [HERE])
     with pytest.raises(StartError, match=rf"UDP port {rig.hub.port}, .* in use.*`ss -.*--udp-port"):
         await second.open()
 
 
-async def test_interfaces_that_are_not_there_are_a_sentence() -> None:
-    """A misspelt name does not leave a server that nobody reaches."""
+async def test_missing_interfaces_are_a_sentence() -> None:
+    """A misspelt interface name stops the start, instead of leaving an unreachable server."""
     with pytest.raises(StartError, match=r"none of the interfaces in \[network\] interfaces"):
         await UdpHub(0, list).open()
 
 
 async def test_addresses_come_and_go() -> None:
-    """A machine that changes its network is served there without a restart, at the same port."""
+    """A machine that changes networks is served there without a restart, on the same port."""
     addresses = [HERE]
     hub = UdpHub(0, lambda: list(addresses))
     await hub.open()
     port = hub.port
     addresses[:] = [HERE, ELSEWHERE]
-    assert await hub.look_again() == [HERE, ELSEWHERE]
-    addresses[:] = [ELSEWHERE, "192.0.2.99"]  # the last is not this machine's
-    assert await hub.look_again() == [ELSEWHERE]
+    assert await hub.rebind() == [HERE, ELSEWHERE]
+    addresses[:] = [ELSEWHERE, "192.0.2.99"]  # this machine does not have the last one
+    assert await hub.rebind() == [ELSEWHERE]
     assert hub.port == port
     await asyncio.sleep(0)
     with socket.socket(type=socket.SOCK_DGRAM) as free:
@@ -627,7 +625,7 @@ async def test_addresses_come_and_go() -> None:
 
 
 async def test_ipv6_is_served_too() -> None:
-    """Where the machine has it."""
+    """IPv6 is served if the machine has it."""
     hub = UdpHub(0, lambda: ["::1"])
     try:
         await hub.open()
@@ -649,7 +647,7 @@ async def test_ipv6_is_served_too() -> None:
 
 
 async def test_an_empty_datagram_is_dropped(rig: Rig) -> None:
-    """Nobody has to read the first byte of what has none, be it a browser's or forged."""
+    """No peer gets an empty datagram, whether it is its browser's or forged."""
     await rig.ada.verifies()
     rig.ada.sends(b"")
     rig.ada.sends(b"from ada")
@@ -664,8 +662,8 @@ def together(pieces: Sequence[bytes]) -> tuple[memoryview, list[int]]:
 PICTURE: Final = (b"a" * 900, b"b" * 900, b"c" * 900, b"d" * 899, b"e" * 20)
 
 
-async def test_what_leaves_together_arrives_apart(rig: Rig) -> None:
-    """Datagrams sent in one call are the datagrams that a browser gets, in their order."""
+async def test_datagrams_sent_in_one_call_arrive_separately(rig: Rig) -> None:
+    """Datagrams sent in one call arrive as the same datagrams, in order."""
     await rig.ada.verifies()
     rig.ada.peer.send_together(*together(PICTURE))
     assert [await rig.ada.hears() for _ in PICTURE] == list(PICTURE)
@@ -674,10 +672,10 @@ async def test_what_leaves_together_arrives_apart(rig: Rig) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux segments datagrams")
 @pytest.mark.parametrize("refusal", [errno.EIO, errno.EINVAL, errno.EMSGSIZE])
-async def test_a_way_that_refuses_segments_is_not_asked_again(
+async def test_segmentation_is_not_retried_where_it_is_refused(
     rig: Rig, monkeypatch: pytest.MonkeyPatch, refusal: int
 ) -> None:
-    """A tunnel or an old kernel may not segment: this viewer's datagrams leave one by one then."""
+    """If a tunnel or an old kernel cannot segment, this viewer's datagrams leave one by one."""
     asked: list[int] = []
 
     def refuse(_bound: socket.socket, datagrams: memoryview, size: int, path: Path) -> None:
@@ -700,7 +698,7 @@ async def test_a_way_that_refuses_segments_is_not_asked_again(
 
 
 async def test_a_full_socket_keeps_the_order(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What it does not take now is sent once it does, and nothing overtakes it."""
+    """Datagrams refused by a full socket are sent once it has room, and nothing overtakes them."""
 
     def full(*_: object) -> None:
         raise BlockingIOError
@@ -712,10 +710,10 @@ async def test_a_full_socket_keeps_the_order(rig: Rig, monkeypatch: pytest.Monke
     assert [await rig.ada.hears() for _ in PICTURE] == list(PICTURE)
 
 
-async def test_an_address_that_cannot_be_reached_ends_nothing(
+async def test_an_unreachable_address_affects_nobody_else(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A route that is gone is that viewer's loss, and segments are tried again when it is back."""
+    """A lost route affects that viewer only, and segments are tried again when it is back."""
 
     def unreachable(*_: object) -> None:
         raise OSError(errno.ENETUNREACH, "gone")
@@ -730,7 +728,7 @@ async def test_an_address_that_cannot_be_reached_ends_nothing(
 
 
 async def test_a_closed_connection_sends_nothing(rig: Rig) -> None:
-    """Its sender is told by the error that tells of any closed connection."""
+    """Sending on a closed connection raises `ConnectionError`."""
     await rig.ada.verifies()
     await rig.ada.peer.close()
     with pytest.raises(ConnectionError):

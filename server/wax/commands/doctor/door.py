@@ -88,7 +88,7 @@ def page(settings: Settings, wall_s: float, *, running: bool) -> Verdict:
 
 def relay(settings: Settings, wall_s: float) -> Verdict:
     """Relay a packet each way by each of the relay's addresses."""
-    servers = IceServers(settings.network, settings.relay).of("doctor", wall_s)
+    servers = IceServers(settings.network, settings.relay).for_viewer("doctor", wall_s)
     found = [one for one in servers if "credential" in one]
     if not found:
         return warning(

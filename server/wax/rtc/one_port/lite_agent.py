@@ -1,11 +1,11 @@
-"""One peer's side of ICE-lite (RFC 8445, 2.5), which checks each address that checks it. Pure.
+"""One peer's ICE-lite agent (RFC 8445, 2.5), which checks each address that checks it. Pure.
 
-A lite agent answers the browser's checks and sends to the address that the browser nominates. By
-that alone, a viewer who writes a stranger's address on their checks would aim the video at it. So
-an address gets nothing but a short answer until it has answered one check of ours.
+A lite agent answers the browser's checks and sends to the address that the browser nominates. With
+that alone, a viewer could forge a stranger's address on their checks and aim the video at it. So an
+address gets only short answers until it has answered one check of ours.
 
-A browser that gets another address goes on sending from there, but checks it only when its timer is
-due, 2.5 s later at worst. So what it has encrypted makes us check the address from which it comes.
+A browser whose address changes keeps sending from the new one, but checks it only when its timer
+fires, up to 2.5 s later. So authenticated data makes us check the address that it comes from.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from aioice.candidate import candidate_priority
 from aioice.stun import Class, Message, Method
 
 MAX_PATHS: Final = 8
-"""A browser has a few addresses; more are a stranger's list."""
+"""A browser has a few addresses; a longer list is an attack."""
 _RETRY_S: Final = (0.1, 0.2, 0.4, 0.8)
-"""When an unanswered check of ours is sent again, after the one before."""
+"""Delays before an unanswered check of ours is retransmitted, each after the previous one."""
 _SILENT_S: Final = 2.0
-"""A nominated address that is silent for so long gives way to another that is not."""
+"""After this much silence, the selected address gives way to one that is heard."""
 _QUIET_S: Final = 0.2
-"""Whoever is not heard for so long may have another address; an operator is ten times a second."""
+"""A browser silent for this long may have a new address; an operator sends ten times a second."""
 _GIVE_UP_S: Final = 30.0
-"""Consent ends for so long without a check from where the browser has answered (RFC 7675, 5.1)."""
+"""Consent expires this long after the last check from a verified address (RFC 7675, 5.1)."""
 _PROBES_HZ: Final = 4.0
 _PROBES_BURST: Final = 8.0
 _USER_SEPARATOR: Final = ":"
@@ -41,7 +41,7 @@ class Path(NamedTuple):
 
 
 class Datagram(NamedTuple):
-    """What is to be sent; `asks` is the transaction of a check of ours."""
+    """A datagram to send; `asks` is the transaction ID if it is a check of ours."""
 
     path: Path
     data: bytes
@@ -59,10 +59,10 @@ class _PathState:
 
 
 class LiteAgent:
-    """Knows both ends' credentials, and the paths by which the browser was heard."""
+    """Holds both ends' credentials, and the paths on which the browser was heard."""
 
     def __init__(self, *, now_s: float) -> None:
-        # Long enough that nobody finds one by trying, since it also selects the peer.
+        # Too long to be guessed, since it also selects the peer.
         self.username = secrets.token_hex(8)
         self.password = secrets.token_hex(16)
         self.remote_username: str | None = None
@@ -75,8 +75,8 @@ class LiteAgent:
         self._probes_left = _PROBES_BURST
         self._filled_s = now_s
 
-    def heard(self, path: Path, now_s: float) -> bool:
-        """Note a datagram that is no STUN; whether the path is the browser's."""
+    def note_datagram(self, path: Path, now_s: float) -> bool:
+        """Note a datagram other than STUN; return whether its path is verified as the browser's."""
         state = self._paths.get(path)
         if state is None or not state.is_verified:
             return False
@@ -86,19 +86,19 @@ class LiteAgent:
         return True
 
     def is_quiet(self, now_s: float) -> bool:
-        """Whether nothing comes from where the browser was, so that it may be elsewhere."""
+        """Whether the selected address has fallen silent, so that the browser may have moved."""
         state = None if self.selected is None else self._paths.get(self.selected)
         return state is not None and now_s - state.heard_s > _QUIET_S
 
-    def spoke(self, path: Path, now_s: float) -> list[Datagram]:
-        """Handle a path by which something came that only the browser can have encrypted.
+    def note_authenticated(self, path: Path, now_s: float) -> list[Datagram]:
+        """Handle a path on which authenticated data of the browser has arrived.
 
-        It counts as nominated, since browsers send data by no other. One that has not answered a
-        check of ours is sent one.
+        The path counts as nominated, since browsers send data on no other. If it is not verified,
+        it is checked.
         """
         state = self._state(path)
         if state.is_verified:
-            if self.is_quiet(now_s):  # else it was under way when the browser moved
+            if self.is_quiet(now_s):  # else the data was in flight when the browser moved
                 self._select(path, now_s, is_nomination=True)
             return []
         state.heard_s = now_s
@@ -106,12 +106,12 @@ class LiteAgent:
         return [] if state.probe else self._probe(path, state, now_s)
 
     def is_lost(self, now_s: float) -> bool:
-        """Whether nobody consents: no address that has answered has checked us for so long."""
+        """Whether consent has expired: no verified address has checked us for `_GIVE_UP_S`."""
         return now_s - self._checked_s > _GIVE_UP_S
 
     @property
     def is_asking(self) -> bool:
-        """Whether a check of ours is not answered yet."""
+        """Whether a check of ours is still unanswered."""
         return any(state.probe is not None for state in self._paths.values())
 
     def refuse(self, path: Path) -> None:
@@ -120,19 +120,19 @@ class LiteAgent:
             self._drop(path)
 
     def take_dropped(self) -> list[tuple[Path, bytes | None]]:
-        """Return the paths dropped since the last call, with their checks that wait."""
+        """Return the paths dropped since the last call, each with the ID of its pending check."""
         dropped, self._dropped = self._dropped, []
         return dropped
 
-    def requested(self, request: Message, path: Path, now_s: float) -> list[Datagram]:
-        """Answer a check; what is not signed with our password gets no answer."""
+    def handle_request(self, request: Message, path: Path, now_s: float) -> list[Datagram]:
+        """Answer a check; one that is not signed with our password gets no answer."""
         if self.remote_username is None or not self._is_for_us(request):
             return []
         state = self._state(path)
         if now_s - state.heard_s > _GIVE_UP_S:
             state.is_verified = False  # a router may have given it to somebody else meanwhile
         if state.is_verified:
-            self._checked_s = now_s  # else whoever left an address could keep us sending there
+            self._checked_s = now_s  # other addresses must not prolong consent for an old one
         state.heard_s = now_s
         state.is_nominated = state.is_nominated or "USE-CANDIDATE" in request.attributes
         out = [Datagram(path, self._answer(request, path))]
@@ -142,8 +142,8 @@ class LiteAgent:
             out += self._probe(path, state, now_s)
         return out
 
-    def answered(self, response: Message, path: Path, now_s: float) -> bool:
-        """Handle the answer to a check of ours; whether the path is verified by it."""
+    def handle_response(self, response: Message, path: Path, now_s: float) -> bool:
+        """Handle a response to a check of ours; return whether it verifies the path."""
         state = self._paths.get(path)
         if state is None or state.probe is None or self.remote_password is None:
             return False
@@ -160,7 +160,7 @@ class LiteAgent:
         return True
 
     def tick(self, now_s: float) -> list[Datagram]:
-        """Send unanswered checks again, and forget addresses that never answer."""
+        """Retransmit unanswered checks, and drop addresses that never answer."""
         out: list[Datagram] = []
         for path, state in list(self._paths.items()):
             if state.probe is None or now_s < state.probe_due_s:
@@ -186,7 +186,7 @@ class LiteAgent:
         return bytes(answer)
 
     def _probe(self, path: Path, state: _PathState, now_s: float) -> list[Datagram]:
-        """Check a path, as often as the peer's budget allows: it costs a stranger a datagram."""
+        """Check a path within the peer's rate limit: each check may go to a stranger."""
         assert self.remote_password is not None
         gained = (now_s - self._filled_s) * _PROBES_HZ
         self._probes_left = min(_PROBES_BURST, self._probes_left + gained)
@@ -219,7 +219,7 @@ class LiteAgent:
         return self._paths[path]
 
     def _make_room(self) -> None:
-        """Forget an address that has not answered, else the one that is silent for longest."""
+        """Drop an unverified address, or else the one that has been silent for longest."""
         self._drop(
             min(
                 (path for path in self._paths if path != self.selected),

@@ -1,4 +1,4 @@
-"""What aiortc's ICE transport uses in place of `aioice.Connection`: a peer on the shared port."""
+"""A peer on the shared port: aiortc's ICE transport uses it in place of `aioice.Connection`."""
 
 from __future__ import annotations
 
@@ -24,20 +24,21 @@ _CONNECT_S: Final = 10.0
 _TICK_S: Final = 0.05
 _SLOW_TICK_S: Final = 1.0
 _MAX_WAITING: Final = 128
-"""Datagrams that DTLS has not read yet: those of the longest message, 64 KiB, and as many again. Of
-a flood beyond them the newest are kept: what ages is worth less."""
+"""Datagrams that DTLS has not read yet: those of the longest message, 64 KiB, and as many again. A
+flood displaces the oldest, which are worth the least."""
 _ENOUGH: Final = 16
-"""With so many the rest waits in the kernel, where this peer has a queue of its own."""
+"""With this many queued, the rest waits in this peer's own kernel queue, if it has one."""
 _STEP_S: Final = 0.0005
-"""Work on datagrams in a pass of the event loop, so that a flood delays nobody. One at least: but
-with one alone, in passes of 20 ms, a driver's commands would wait behind their page's reports."""
+"""Time per pass of the event loop for one peer's datagrams, so that a flood delays nobody. A pass
+reads at least one; if it read only one, an operator's commands would wait behind their page's
+reports in passes of 20 ms."""
 
 
 class LiteConnection:
-    """The interface of `aioice.Connection` that aiortc uses, with its names.
+    """The part of `aioice.Connection` that aiortc uses, with aioice's names.
 
-    `announced` are public addresses of this machine, beside its own (NAT, 1:1). `on_moved` is
-    called when the browser is reached at another address than before.
+    `announced` returns this machine's public addresses, offered besides its own (1:1 NAT).
+    `on_moved` is called when the browser is reached at a new address.
     """
 
     is_lite = True
@@ -59,7 +60,7 @@ class LiteConnection:
         self._queue: asyncio.Queue[tuple[bytes, Path | None] | None] = asyncio.Queue(_MAX_WAITING)
         self._step_began_s = 0.0
         self._stray: Path | None = None
-        """Where what `recv` returned last came from, if nothing is sent there."""
+        """The path of the datagram that `recv` returned last, if it was not the selected one."""
         self._reached: Path | None = None
         self._decided = asyncio.Event()
         self._closed = asyncio.Event()
@@ -106,8 +107,8 @@ class LiteConnection:
         self._agent.remote_password = value
 
     async def gather_candidates(self) -> None:
-        """Offer the shared port on each address, and begin to answer checks."""
-        addresses = await self._hub.look_again()
+        """Offer the shared port on each address, and start answering checks."""
+        addresses = await self._hub.rebind()
         if self._closed.is_set():
             return
         self._hub.add(self._agent.username, self)
@@ -126,13 +127,13 @@ class LiteConnection:
         ]
 
     async def add_remote_candidate(self, candidate: Candidate | None) -> None:
-        """Take note, no more: a lite agent checks nobody who has not checked it."""
+        """Store the candidate only: a lite agent checks no address that has not checked it."""
         if candidate is not None:
             self._remote.append(candidate)
 
     async def connect(self) -> None:
-        """Wait for an address that is the browser's; raises `ConnectionError` after 10 s."""
-        self._look()
+        """Wait for a verified address of the browser; raises `ConnectionError` after 10 s."""
+        self._tick()
         try:
             async with asyncio.timeout(_CONNECT_S):
                 await self._decided.wait()
@@ -168,7 +169,8 @@ class LiteConnection:
     async def send(self, data: bytes) -> None:
         """Send to the selected address; raises `ConnectionError` once closed.
 
-        Between two addresses, such as after another peer has got this one's, it is lost.
+        The datagram is lost while no address is selected, such as after another peer has claimed
+        it.
         """
         if self._closed.is_set():
             raise ConnectionError("the connection is closed")
@@ -176,7 +178,7 @@ class LiteConnection:
             self._hub.send(self._agent.selected, data)
 
     def send_together(self, datagrams: memoryview, sizes: Sequence[int]) -> None:
-        """Send datagrams that lie one after the other; as `send` does each."""
+        """Send datagrams stored back to back, each as `send` does."""
         if self._closed.is_set():
             raise ConnectionError("the connection is closed")
         if self._agent.selected is not None:
@@ -185,35 +187,35 @@ class LiteConnection:
             )
 
     def authenticated(self) -> None:
-        """Note that the browser has encrypted what `recv` returned last; it is no repetition."""
+        """Note that the datagram that `recv` returned last was authenticated, and is no replay."""
         if self._stray is not None and not self._closed.is_set():
-            self._send(self._agent.spoke(self._stray, self._now_s()))
-            self._give_up()
+            self._send(self._agent.note_authenticated(self._stray, self._now_s()))
+            self._report_dropped()
             self._note_path()
-            self._plan(_TICK_S)
+            self._schedule(_TICK_S)
 
     # --- the hub's (HubPeer) -----------------------------------------------------------------
 
-    def stun(self, message: Message, path: Path) -> None:
+    def handle_stun(self, message: Message, path: Path) -> None:
         now_s = self._now_s()
-        self._send(self._agent.requested(message, path, now_s))
-        if self._agent.answered(message, path, now_s):
+        self._send(self._agent.handle_request(message, path, now_s))
+        if self._agent.handle_response(message, path, now_s):
             self._hub.forget(message.transaction_id)
             self._hub.claim(path, self)
-        self._give_up()
+        self._report_dropped()
         self._note_path()
         if self._agent.is_asking:
-            self._plan(_TICK_S)
+            self._schedule(_TICK_S)
 
-    def datagram(self, data: bytes, path: Path) -> None:
-        # An empty one would end the peer: aiortc looks at the first byte.
-        if data and self._agent.heard(path, self._now_s()):
+    def handle_datagram(self, data: bytes, path: Path) -> None:
+        # An empty datagram would end the peer: aiortc reads its first byte.
+        if data and self._agent.note_datagram(path, self._now_s()):
             if self._queue.full():
                 self._queue.get_nowait()
             self._note_path()
             self._queue.put_nowait((data, None if path == self._agent.selected else path))
 
-    def stray(self, data: bytes, path: Path) -> None:
+    def try_stray(self, data: bytes, path: Path) -> None:
         if self._queue.empty():
             self._queue.put_nowait((data, path))
 
@@ -225,7 +227,7 @@ class LiteConnection:
     def has_room(self) -> bool:
         return self._queue.qsize() < _ENOUGH
 
-    def displaced(self, path: Path) -> None:
+    def lose_path(self, path: Path) -> None:
         self._agent.refuse(path)
 
     # -----------------------------------------------------------------------------------------
@@ -245,24 +247,24 @@ class LiteConnection:
         if before not in (None, path):
             self._on_moved()
 
-    def _give_up(self) -> None:
-        """Tell the hub which paths and checks were given up."""
+    def _report_dropped(self) -> None:
+        """Tell the hub which paths and checks the agent has dropped."""
         for path, transaction in self._agent.take_dropped():
             self._hub.give_up(path, self)
             if transaction is not None:
                 self._hub.forget(transaction)
 
-    def _look(self) -> None:
+    def _tick(self) -> None:
         self._timer = None
         now_s = self._now_s()
         self._send(self._agent.tick(now_s))
-        self._give_up()
+        self._report_dropped()
         if self._agent.is_lost(now_s):
             self._end()
-        self._plan(_TICK_S if self._agent.is_asking else _SLOW_TICK_S)
+        self._schedule(_TICK_S if self._agent.is_asking else _SLOW_TICK_S)
 
-    def _plan(self, delay_s: float) -> None:
-        """Look again after this time, or before if that was planned."""
+    def _schedule(self, delay_s: float) -> None:
+        """Tick after this delay, or earlier if that is scheduled already."""
         if self._closed.is_set():
             return
         loop = asyncio.get_running_loop()
@@ -270,7 +272,7 @@ class LiteConnection:
             if self._timer.when() <= loop.time() + delay_s:
                 return
             self._timer.cancel()
-        self._timer = loop.call_later(delay_s, self._look)
+        self._timer = loop.call_later(delay_s, self._tick)
 
     def _end(self) -> None:
         if self._closed.is_set():

@@ -1,9 +1,9 @@
-"""The sockets of the one port: hands each datagram to the peer that it is for.
+"""The sockets of the one port: hands each datagram to its peer.
 
-A check names its peer (STUN USERNAME, RFC 8445 7.1.2); everything else is known by the path that a
-peer has verified, which then has a queue of its own where the system can do that. What is nobody's
-is dropped without an answer: only DTLS may be of a browser that has another address now, so those
-that are not heard try whether it is theirs.
+A check names its peer (STUN USERNAME, RFC 8445 7.1.2). Other datagrams are assigned by their path,
+once a peer has verified it; the path then has its own receive queue where the system can do that.
+Other paths are dropped without an answer, except for encrypted DTLS: a browser with a new address
+may have sent it, so silent peers try to decrypt it.
 """
 
 from __future__ import annotations
@@ -39,39 +39,39 @@ _MAX_STUN_BYTES: Final = 548
 """A check has about a hundred."""
 _BUFFER_BYTES: Final = 1 << 20
 _MAX_WAITING_BYTES: Final = 1 << 18
-"""Of a socket that the system does not empty; what is older than that is of no use to anybody."""
+"""Send backlog of a socket that the system does not drain; datagrams behind it would be stale."""
 _BATCH_S: Final = 0.001
-"""Datagrams are read for this long at once. asyncio alone reads one each time round its loop, so
-that what somebody floods us with would delay everybody behind it; junk costs a few microseconds."""
+"""Datagrams are read for this long at once. asyncio alone reads one per pass of its loop, so a
+flood would delay everybody behind it; a junk datagram costs a few microseconds."""
 _LONGEST_BYTES: Final = 65_536
 _STUN_HEADER_BYTES: Final = 20
 _USERNAME: Final = 0x0006
 _APPLICATION_DATA: Final = 23
 _DTLS_HEADER_BYTES: Final = 13
 _STRAYS_HZ: Final = 100.0
-"""So often strangers' bytes are tried with a peer's keys, which takes some 50 µs."""
+"""Rate limit for trying strangers' datagrams with peers' keys, some 50 µs each."""
 _STRAYS_BURST: Final = 200.0
 _STRAY_TRIES: Final = 8
-"""Of one datagram; from whoever has moved another comes soon."""
+"""Peers that try one datagram; a browser that has moved soon sends another."""
 _TRIES: Final = 5
-"""For a port that is free on all addresses, where any will do."""
+"""Attempts at a port that is free on all addresses, if any port will do."""
 
 
 _CAN_SEGMENT: Final = sys.platform == "linux"
 _UDP_SEGMENT: Final = 103
-"""A socket option, and ancillary data of one call (linux/udp.h): the size of each datagram."""
+"""The socket option and ancillary data (linux/udp.h) that give the size of each datagram."""
 _MOST_SEGMENTS: Final = 64
-"""In one call (UDP_MAX_SEGMENTS)."""
+"""Per call (UDP_MAX_SEGMENTS)."""
 _REFUSALS: Final = {errno.EINVAL, errno.EIO, errno.EMSGSIZE, errno.EOPNOTSUPP, errno.ENOPROTOOPT}
-"""Of a kernel or an interface that cannot segment, or of a way that takes no such size."""
+"""Errors of a kernel or interface that cannot segment, or of a path that carries no such size."""
 
 
 class HubPeer(Protocol):
-    """A peer of the hub's; none of these may raise."""
+    """A peer of the hub; its methods must not raise."""
 
     @property
     def meter(self) -> Meter:
-        """What is charged for the checks that are for it."""
+        """Charged for the checks addressed to this peer."""
         ...
 
     @property
@@ -79,21 +79,21 @@ class HubPeer(Protocol):
         """Whether it can take another datagram; if not, it calls `UdpHub.resume` later."""
         ...
 
-    def stun(self, message: Message, path: Path) -> None: ...
+    def handle_stun(self, message: Message, path: Path) -> None: ...
 
-    def datagram(self, data: bytes, path: Path) -> None: ...
+    def handle_datagram(self, data: bytes, path: Path) -> None: ...
 
     @property
     def is_quiet(self) -> bool:
-        """Whether nothing comes from where its browser was."""
+        """Whether its browser's address has fallen silent."""
         ...
 
-    def stray(self, data: bytes, path: Path) -> None:
-        """Try whether this is its browser's, from another address."""
+    def try_stray(self, data: bytes, path: Path) -> None:
+        """Try whether its browser has sent this from a new address."""
         ...
 
-    def displaced(self, path: Path) -> None:
-        """Give up a path, which another peer has verified as its own."""
+    def lose_path(self, path: Path) -> None:
+        """Give up a path that another peer has verified as its own."""
         ...
 
 
@@ -107,7 +107,7 @@ class _Bound(NamedTuple):
 class UdpHub:
     """One socket for each local address, all with the same port.
 
-    `addresses` returns those of this machine, which may come and go. Port 0 is any free one.
+    `addresses` returns those of this machine, which may change. Port 0 is any free one.
     """
 
     def __init__(self, port: int, addresses: Callable[[], list[str]]) -> None:
@@ -129,9 +129,9 @@ class UdpHub:
         self._strays_filled_s = time.monotonic()
 
     async def open(self) -> None:
-        """Bind the port; raises `StartError` if that is possible on no address."""
+        """Bind the port; raises `StartError` if it cannot be bound on any address."""
         for tries_left in reversed(range(_TRIES if self._is_any else 1)):
-            await self.look_again()
+            await self.rebind()
             if not self._failed or tries_left == 0:
                 break
             self.close()
@@ -142,7 +142,7 @@ class UdpHub:
         for address, error in self._failed.items():
             _LOG.warning("an address is not served", address=address, why=reason_of(error))
 
-    async def look_again(self) -> list[str]:
+    async def rebind(self) -> list[str]:
         """Bind new addresses, close those that are gone; returns the addresses served."""
         async with self._opening:
             wanted = self._find()
@@ -185,7 +185,7 @@ class UdpHub:
         )
 
     def add(self, username: str, peer: HubPeer) -> None:
-        """Hand checks for this user name to a peer."""
+        """Route the checks for this user name to a peer."""
         self._peers[username] = peer
 
     def remove(self, username: str, peer: HubPeer) -> None:
@@ -197,25 +197,25 @@ class UdpHub:
         self._asked = {number: one for number, one in self._asked.items() if one is not peer}
 
     def claim(self, path: Path, peer: HubPeer) -> None:
-        """Hand what comes by a path to a peer, which has verified it.
+        """Route the datagrams of a path to a peer, which has verified it.
 
-        Another's claim ends: whoever is there now has this peer's password, and a router may have
-        given them the port of somebody who left.
+        Another peer's claim ends: the path's browser now knows this peer's password, and a router
+        may have reassigned the port.
         """
         old = self._paths.get(path)
         self._paths[path] = peer
         if old is not None and old is not peer:
-            old.displaced(path)
+            old.lose_path(path)
         self._open_queue(path)
 
     def give_up(self, path: Path, peer: HubPeer) -> None:
-        """End a claim."""
+        """End a peer's claim to a path."""
         if self._paths.get(path) is peer:
             del self._paths[path]
             self._close_queue(path)
 
     def resume(self, peer: HubPeer) -> None:
-        """Go on reading what comes for a peer that has room again; cheap where that is nothing."""
+        """Resume reading for a peer that has room again; cheap if nothing was paused."""
         for path in [path for path in self._full if self._paths.get(path) is peer]:
             self._full.discard(path)
             self._queues[path].resume()
@@ -224,7 +224,7 @@ class UdpHub:
         if not self._can_connect or path in self._queues or path.socket not in self._sockets:
             return
 
-        def take(data: bytes, host: str, port: int) -> bool:
+        def deliver(data: bytes, host: str, port: int) -> bool:
             self.received(path.socket, data, host, port)
             peer = self._paths.get(path)
             if peer is None or peer.has_room:
@@ -233,20 +233,20 @@ class UdpHub:
             return False
 
         try:
-            self._queues[path] = ViewerSocket(path, self._sockets[path.socket].bound, take)
-        except OSError as error:  # such as too many open files: then it stays in the shared queue
+            self._queues[path] = ViewerSocket(path, self._sockets[path.socket].bound, deliver)
+        except OSError as error:  # such as too many open files: the path stays in the shared queue
             _LOG.warning("a viewer shares the queue of everybody", why=reason_of(error))
 
     def expect(self, transaction: bytes, peer: HubPeer) -> None:
-        """Hand the answer to this check to a peer."""
+        """Route the response to this check to a peer."""
         self._asked[transaction] = peer
 
     def forget(self, transaction: bytes) -> None:
-        """Expect no answer to this check any more."""
+        """Stop expecting a response to this check."""
         self._asked.pop(transaction, None)
 
     def send(self, path: Path, data: bytes) -> None:
-        """Send at once, or not at all."""
+        """Send a datagram, or drop it if the socket's backlog is full."""
         found = self._sockets.get(path.socket)
         if found is not None and _waiting_bytes(found.transport) < _MAX_WAITING_BYTES:
             found.transport.sendto(data, (path.host, path.port))
@@ -254,7 +254,7 @@ class UdpHub:
     def send_together(
         self, path: Path, datagrams: memoryview, sizes: Sequence[int], *, segmented: bool
     ) -> bool:
-        """Send datagrams that lie one after the other, each at once or not at all.
+        """Send datagrams stored back to back, or drop them if the socket's backlog is full.
 
         With `segmented`, those of one size leave in one call; returns whether to do so again.
         """
@@ -272,7 +272,7 @@ class UdpHub:
             except BlockingIOError:
                 _queue(found.transport, datagrams[at:], sizes[index:], path)
                 break
-            except OSError as error:  # of this address, which says nothing about the others
+            except OSError as error:  # concerns this address only
                 if count > 1 and error.errno in _REFUSALS:
                     return self.send_together(path, datagrams[at:], sizes[index:], segmented=False)
             index, at = index + count, end
@@ -293,7 +293,7 @@ class UdpHub:
         self._numbers.clear()
 
     def received(self, number: int, data: bytes, host: str, port: int) -> None:
-        """Handle a datagram of a socket."""
+        """Handle a datagram that a socket has received."""
         if not data:  # aiortc would end the peer over its missing first byte
             return
         path = Path(number, host, port)
@@ -301,12 +301,12 @@ class UdpHub:
         if data[4:8] == _COOKIE and data[0] < 4:
             self._stun(data, path)
         elif peer is not None:
-            peer.datagram(data, path)
+            peer.handle_datagram(data, path)
         elif _is_encrypted(data):
-            self._try(data, path)
+            self._offer_stray(data, path)
 
-    def _try(self, data: bytes, path: Path) -> None:
-        """Let those try it who are not heard; what strangers send costs no more than so often."""
+    def _offer_stray(self, data: bytes, path: Path) -> None:
+        """Let silent peers try a stranger's datagram, within a rate limit."""
         now_s = time.monotonic()
         gained = (now_s - self._strays_filled_s) * _STRAYS_HZ
         self._strays_left = min(self._strays_left + gained, _STRAYS_BURST)
@@ -314,17 +314,18 @@ class UdpHub:
         if self._strays_left < 1:
             return
         self._strays_left -= 1
-        # In turns: who has just fallen silent is often one among many that say little.
+        # Round robin: a peer that has just fallen silent is often one of many that send little.
         for name in [name for name, peer in self._peers.items() if peer.is_quiet][:_STRAY_TRIES]:
             if self._strays_left >= 1:
                 self._strays_left -= 1
                 self._peers[name] = peer = self._peers.pop(name)
-                peer.stray(data, path)
+                peer.try_stray(data, path)
 
     def _stun(self, data: bytes, path: Path) -> None:
-        """Hand a check, or the answer to one, to its peer, who pays for it; parse nobody's.
+        """Hand a check or a response to its peer, which is charged for it; parse no others.
 
-        Only its browser knows a peer's name, so whoever floods from new addresses spends their own.
+        Only a peer's own browser knows its user name, so a flood from new addresses is charged to
+        its sender.
         """
         is_request = not (data[0] & 1 or data[1] & 16)
         peer = self._peers.get(_ufrag(data)) if is_request else self._asked.get(data[8:20])
@@ -332,17 +333,17 @@ class UdpHub:
             return
         began_s = time.thread_time()
         with suppress(ValueError, struct.error):  # ValueError includes bad UTF-8
-            peer.stun(parse_message(data), path)
+            peer.handle_stun(parse_message(data), path)
         peer.meter.charge(began_s)
 
 
 def _is_encrypted(data: bytes) -> bool:
-    """Whether it looks like data under the keys of DTLS 1.2 (RFC 6347, 4.1)."""
+    """Whether it looks like encrypted DTLS 1.2 application data (RFC 6347, 4.1)."""
     return len(data) > _DTLS_HEADER_BYTES and data[0] == _APPLICATION_DATA and data[3:5] != b"\0\0"
 
 
 def _ufrag(data: bytes) -> str:
-    """Return for whom a check is (RFC 8445, 7.2.2), empty if it does not say."""
+    """Return the ufrag that a check is addressed to (RFC 8445, 7.2.2), empty if it has none."""
     at = _STUN_HEADER_BYTES
     while at + 4 <= len(data):
         kind, size = struct.unpack_from("!HH", data, at)
@@ -360,20 +361,20 @@ class _Socket(asyncio.DatagramProtocol):
         self._bound = bound
 
     def datagram_received(self, data: bytes, address: tuple[str, int]) -> None:
-        self._take(data, address)
-        if os.name != "posix":  # elsewhere asyncio is reading the next one already
+        self._deliver(data, address)
+        if os.name != "posix":  # on Windows asyncio is reading the next one already
             return
-        with suppress(OSError):  # there are no more
+        with suppress(OSError):  # nothing left to read
             ends_s = time.monotonic() + _BATCH_S
             while time.monotonic() < ends_s:
-                self._take(*self._bound.recvfrom(_LONGEST_BYTES))
+                self._deliver(*self._bound.recvfrom(_LONGEST_BYTES))
 
-    def _take(self, data: bytes, address: tuple[str, int]) -> None:
+    def _deliver(self, data: bytes, address: tuple[str, int]) -> None:
         # An IPv6 address comes with flow and scope.
         self._hub.received(self._number, data, address[0].partition("%")[0], address[1])
 
     def error_received(self, error: Exception) -> None:
-        """Ignore an ICMP message about one address, which says nothing about the others."""
+        """Ignore an ICMP message, which concerns one address only."""
 
 
 def _send(bound: socket.socket, datagrams: memoryview, size: int, path: Path) -> None:
@@ -389,7 +390,7 @@ def _send(bound: socket.socket, datagrams: memoryview, size: int, path: Path) ->
 def _queue(
     transport: asyncio.DatagramTransport, datagrams: memoryview, sizes: Sequence[int], path: Path
 ) -> None:
-    """Send behind what asyncio keeps until the socket has room."""
+    """Queue datagrams behind those that asyncio keeps until the socket has room."""
     at = 0
     for size in sizes:
         transport.sendto(bytes(datagrams[at : at + size]), (path.host, path.port))
@@ -397,7 +398,7 @@ def _queue(
 
 
 def _waiting_bytes(transport: asyncio.DatagramTransport) -> int:
-    # All of asyncio's transports for datagrams have it, but their type does not tell.
+    # All of asyncio's datagram transports have it, but their type does not declare it.
     waiting: int = cast("Any", transport).get_write_buffer_size()
     return waiting
 

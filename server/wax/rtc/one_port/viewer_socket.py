@@ -1,9 +1,9 @@
-"""One viewer's own queue on the shared port.
+"""One viewer's own receive queue on the shared port.
 
-A UDP socket of the same port that is connected to a viewer's address gets exactly what comes from
-there, and the shared one everything else (Linux, since 5.4). So who floods fills a queue of their
-own, the kernel drops what does not fit at no cost to anybody, and it is not even read while they
-have used up their time.
+A UDP socket on the same port that is connected to a viewer's address gets exactly the datagrams
+from there, and the shared socket gets all others (Linux, since 5.4). So a flood fills only its
+sender's queue, the kernel drops the overflow at no cost, and the queue is not even read while that
+viewer is over budget.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ _LONGEST_BYTES: Final = 65_536
 
 
 class ViewerSocket:
-    """Reads what comes by one path; raises `OSError` where the system has no socket for it.
+    """Reads the datagrams of one path; raises `OSError` if the system has no socket for it.
 
-    `take` gets each datagram with its sender, and returns whether to go on reading; after that
-    `resume` goes on.
+    `on_datagram` gets each datagram with its sender, and returns whether to read on; if not,
+    `resume` does.
     """
 
     def __init__(
-        self, path: Path, bound: socket.socket, take: Callable[[bytes, str, int], bool]
+        self, path: Path, bound: socket.socket, on_datagram: Callable[[bytes, str, int], bool]
     ) -> None:
         self.path = path
-        self._take = take
+        self._on_datagram = on_datagram
         self._loop = asyncio.get_running_loop()
         self._is_reading = False
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
@@ -52,13 +52,13 @@ class ViewerSocket:
         self.resume()
 
     def resume(self) -> None:
-        """Go on reading; safe to repeat, and after the end."""
+        """Resume reading; safe to repeat, and after `close`."""
         if not self._is_reading and self._socket.fileno() >= 0:
             self._is_reading = True
             self._loop.add_reader(self._socket, self._read)
 
     def close(self) -> None:
-        """Leave what comes by this path to the shared socket; safe to call twice."""
+        """Leave this path's datagrams to the shared socket; safe to call twice."""
         self._pause()
         self._socket.close()
 
@@ -68,11 +68,11 @@ class ViewerSocket:
             self._loop.remove_reader(self._socket)
 
     def _read(self) -> None:
-        # OSError: there are no more, or an ICMP message, which anybody can forge.
+        # OSError: nothing left to read, or an ICMP message, which anybody can forge.
         with suppress(OSError):
             for _ in range(_AT_ONCE):
-                # Between `bind` and `connect` the kernel may have put in what is from elsewhere.
+                # Between `bind` and `connect` the kernel may have queued datagrams from elsewhere.
                 data, address = self._socket.recvfrom(_LONGEST_BYTES)
-                if not self._take(data, address[0].partition("%")[0], address[1]):
+                if not self._on_datagram(data, address[0].partition("%")[0], address[1]):
                     self._pause()
                     return
