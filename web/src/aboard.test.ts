@@ -16,12 +16,12 @@ it("is old while its number stays, whatever else changes", () => {
   expect(newRequest(before, later)).toBeNull();
 });
 
-it("is no news to a page that has just come, nor where nobody is aboard", () => {
+it("is not new to a page that has just connected, or with nobody aboard", () => {
   expect(newRequest(null, before)).toBeNull();
   expect(newRequest(room({}), before)).toBeNull();
   expect(newRequest(before, room({}))).toBeNull();
 });
 
-it("is none when a robot begins to count anew", () => {
+it("is none when a robot restarts its count", () => {
   expect(newRequest(before, { ...before, aboard: aboard() })).toBeNull();
 });

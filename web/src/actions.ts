@@ -14,7 +14,7 @@ export interface Actions extends HearingActions {
   setSound(on: boolean): void;
   setPicture(on: boolean): void;
   setSize(size: string): void;
-  /** Shows the cameras beside the driving view small, or not. */
+  /** Shows or hides the small pictures of the cameras beside the driving view. */
   setCameras(on: boolean): void;
   /** Makes a camera large, null for the driving view. */
   enlarge(camera: number | null): void;
@@ -24,12 +24,12 @@ export interface Actions extends HearingActions {
   setSpeed(speed: Preferences["speed"]): void;
   /** Chooses the page's language, null for the host's or the browser's. */
   setLanguage(language: Preferences["language"]): void;
-  /** Remembers on this device what matters to this page alone. */
+  /** Stores preferences that the server need not know. */
   keep(change: Partial<Pick<Preferences, "path" | "welcomed">>): void;
   setAxis(name: string, position: number): void;
-  /** Has the browser tell when it is this user's turn, if it lets the page, or no more. */
+  /** Turns the browser's notification of this user's turn on or off; asks for permission first. */
   tellMe(on: boolean): void;
-  /** Brings all axes back to their middle. */
+  /** Returns all axes to their middle. */
   recentre(): void;
   /** Holds one of the robot's controls, until the same holder releases it. */
   holdControl(holder: string, name: string): void;
@@ -40,15 +40,15 @@ export interface Actions extends HearingActions {
   toggleControl(name: string): void;
   /** Changes how this user drives, which releases everything. */
   setDriving(change: Partial<DrivePreferences>): void;
-  /** Drives with this gamepad, with none for null. */
+  /** Drives with this gamepad; null for none. */
   useGamepad(index: number | null): void;
-  /** Where its axes rest, if nobody touches it now; null unless they stood still for a second. */
+  /** Where the gamepad's axes rest if nobody touches it; null unless still for a second. */
   padRestNow(): readonly number[] | null;
-  /** Chooses what is offered to somebody with switches, or moves on. */
+  /** For driving by switches: chooses what is offered, or offers the next. */
   scan(what: "select" | "next"): void;
   join(): void;
   leave(): void;
-  /** Stop for everybody, latched. */
+  /** Stops the robot for everybody; the stop stays in force until it is released. */
   stop(): void;
   /** Releases the stop in force; this moves nothing. */
   releaseStop(): void;
@@ -57,20 +57,20 @@ export interface Actions extends HearingActions {
   deflect(holder: string, motion: Motion): boolean;
   release(holder: string): boolean;
   letGo(): void;
-  /** Answers the question whether somebody is there. */
+  /** Confirms that this viewer is ready for their turn. */
   answerCall(): void;
-  /** Does what only the host may. */
+  /** Performs one of the host's actions. */
   actAsHost(act: HostAct): void;
-  /** Keeps what was recorded in the last two minutes. */
+  /** Marks the last two minutes of the recording to be kept. */
   keepTape(): void;
-  /** Tries again to come in, after the server has sent this page away. */
+  /** Connects again after the server has sent this page away. */
   comeBack(): void;
   /** Speaks through the robot while any holder holds it. */
   speak(holder: string): void;
   hush(holder: string): void;
-  /** Keeps the microphone open, or ends that. */
+  /** Keeps the microphone open without being held, or stops that. */
   keepSpeaking(on: boolean): void;
-  /** Opens a panel in place of the one that is open; null for none. */
+  /** Opens this panel and closes any other; null closes them all. */
   open(panel: Panel | null): void;
   lookAtProof(): void;
   prove(): void;
@@ -88,9 +88,9 @@ export interface Session {
   /** Sets the picture's element, null when it is removed. */
   attachPicture(element: HTMLVideoElement | null): void;
   attachSound(element: HTMLAudioElement | null): void;
-  /** The driving view, to be shown once more; null while there is none. */
+  /** The driving view's stream, for a second element; null while there is none. */
   pictureStream(): MediaStream | null;
-  /** How loud the sound is now, from 0 to 1: of each ear, or of both together; none if unknown. */
+  /** The sound's level now, from 0 to 1: per ear, or of both together; empty if unknown. */
   soundLevels(): Promise<readonly number[]>;
   /** Sets the element of a camera beside the driving view. */
   attachCamera(camera: number, element: HTMLVideoElement | null): void;

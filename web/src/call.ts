@@ -1,18 +1,18 @@
-/** What to tell whoever missed their call to a turn; the call itself: `view/CallCard.tsx`. Pure. */
+/** What to tell a viewer who missed the call to their turn; the call: `view/CallCard.tsx`. Pure. */
 
 import type { RoomState } from "./messages";
 
-/** What became of a call that this viewer has not answered; null if they missed none. */
+/** What became of this viewer's place after a missed call; null if they missed none. */
 export type MissedCall = "kept" | "lost" | null;
 
-/** The server ends a call when its time is over, give or take the error of the page's clock. */
+/** The server ends a call at its deadline; this covers the error of the page's clock. */
 const SLACK_MS = 1000;
 
 /**
- * Returns what to tell a viewer after the next room, from what they were told before. Pure.
+ * Returns what to tell viewer `me` after this room state, given what they were told before. Pure.
  *
- * A call that ends before its time was answered, or the caller has left; one that is missed keeps
- * the place once.
+ * A call that ends before its deadline was answered, or its viewer left. The first missed call
+ * keeps the viewer's place.
  */
 export function missedCall(
   before: RoomState | null,

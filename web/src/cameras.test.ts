@@ -31,7 +31,7 @@ beforeEach(() => {
   cameras.take([{} as MediaStreamTrack, {} as MediaStreamTrack]);
 });
 
-/** Lets time pass, in which these show pictures. */
+/** Advances time while these cameras show pictures. */
 function pass(ms: number, showing: number[]): void {
   const endMs = nowMs + ms;
   while (nowMs < endMs) {
@@ -41,7 +41,7 @@ function pass(ms: number, showing: number[]): void {
   }
 }
 
-it("goes through all of them and back to the driving view", () => {
+it("cycles through all cameras and back to the driving view", () => {
   const seen = [0, 1, null].map(() => {
     cameras.next();
     return state.large.value;
@@ -50,14 +50,14 @@ it("goes through all of them and back to the driving view", () => {
   expect(send.mock.calls.map(([look]) => look.large)).toEqual([0, 1, null]);
 });
 
-it("tells the server of nothing where there are none", () => {
+it("sends the server nothing if there are none", () => {
   state.hello.value = hello();
   cameras.next();
   cameras.tell();
   expect(send).not.toHaveBeenCalled();
 });
 
-it("shows the driving view large when a turn begins, and lets one swap after that", () => {
+it("enlarges the driving view when a turn begins, and allows swapping after that", () => {
   cameras.choose(1);
   state.room.value = room({ operator: 1 });
   expect(state.large.value).toBeNull();
@@ -69,7 +69,7 @@ it("shows the driving view large when a turn begins, and lets one swap after tha
   expect(state.large.value).toBe(1);
 });
 
-it("gives the place back with a sentence when the large one fails", () => {
+it("returns to the driving view with a sentence when the large camera fails", () => {
   cameras.choose(0);
   const failing = [{ problem: says("Door: The camera delivers nothing.") }, { problem: null }];
   cameras.told({ ...room({}), cameras: failing });
@@ -79,14 +79,14 @@ it("gives the place back with a sentence when the large one fails", () => {
   );
 });
 
-it("leaves the large one alone when another fails", () => {
+it("keeps the large camera when another fails", () => {
   cameras.choose(1);
   cameras.told({ ...room({}), cameras: [{ problem: says("gone") }, { problem: null }] });
   expect(state.large.value).toBe(1);
   expect(heard).not.toHaveBeenCalled();
 });
 
-it("does not show what was as if it were: a large one that stands still goes", () => {
+it("replaces a large camera that has frozen", () => {
   cameras.choose(0);
   pass(5000, [0, 1]);
   expect(state.large.value).toBe(0);
@@ -100,7 +100,7 @@ it("does not show what was as if it were: a large one that stands still goes", (
   ]);
 });
 
-it("says so where the connection carries it no more", () => {
+it("says so when the connection no longer carries the large camera", () => {
   cameras.choose(0);
   state.served.value = served({ cameras: [null, null] });
   pass(4000, []);

@@ -5,28 +5,28 @@ import type { State } from "./state";
 import { ours, type Saying } from "./words/said";
 import { t } from "./words/words";
 
-/** Without a new picture for so long, a camera shows what was, not what is. */
+/** A camera without a new picture for this long is no longer live. */
 const CAMERA_STALE_MS = 2500;
 
 interface Wiring {
   state: State;
-  /** Sends what must arrive. */
+  /** Sends over the reliable channel. */
   send(message: StateIn): void;
-  /** Tells the user. */
+  /** Shows a sentence to the user. */
   say(what: Saying): void;
-  /** Whether this browser tells of the pictures that it shows. */
+  /** Whether this browser reports the frames that it presents. */
   tellsFrames: boolean;
 }
 
 /**
  * The cameras beside the driving view: which one is large, and whether they are alive.
  *
- * The driving view is on screen whatever is large. It comes back large when a turn begins, and when
- * the camera that is large stops showing what is.
+ * The driving view is on screen whatever is large. It becomes large again when a turn begins, and
+ * when the camera that is large is no longer live.
  */
 export class Cameras {
   readonly #playbacks: Playback[] = [];
-  /** Of each since it has shown its newest picture, or was given time to. */
+  /** For each camera, how long it has shown no new picture since it was connected or made large. */
   readonly #silences: Silence[] = [];
 
   constructor(private readonly wiring: Wiring) {
@@ -38,7 +38,7 @@ export class Cameras {
     });
   }
 
-  /** Makes this camera large, null for the driving view. */
+  /** Makes this camera large; null for the driving view. */
   choose(large: number | null): void {
     const { state } = this.wiring;
     if (large === state.large.peek()) return;
@@ -47,7 +47,7 @@ export class Cameras {
     this.tell();
   }
 
-  /** Makes the next one large, and after the last the driving view again. */
+  /** Makes the next camera large; after the last one, the driving view. */
   next(): void {
     const { state } = this.wiring;
     const count = state.cameras.peek().length;
@@ -55,7 +55,7 @@ export class Cameras {
     this.choose(next < count ? next : null);
   }
 
-  /** Tells the server what is shown: at the beginning of a connection, and with each change. */
+  /** Tells the server which cameras are shown; called on each new connection and each change. */
   tell(): void {
     const { large, cameras, preferences } = this.wiring.state;
     if (cameras.peek().length === 0) return;
@@ -63,7 +63,7 @@ export class Cameras {
     this.wiring.send(look);
   }
 
-  /** The cameras of a new connection, none where there are none. */
+  /** Plays the cameras of a new connection. */
   take(tracks: readonly MediaStreamTrack[]): void {
     for (const [at, track] of tracks.entries()) {
       this.#playback(at).take(track);
@@ -76,14 +76,14 @@ export class Cameras {
     this.#playback(at).attach(element);
   }
 
-  /** A camera has shown a picture, or is given time to. */
+  /** Restarts a camera's silence: it has shown a picture, or is given time to. */
   presented(at: number): void {
     const nowMs = performance.now();
     this.#silences[at] ??= new Silence(nowMs);
     this.#silences[at].heard(nowMs);
   }
 
-  /** Looks whether what is large is still alive; call it a few times a second. */
+  /** Checks whether each camera is still live; call it a few times a second. */
   look(nowMs: number, isHidden: boolean): void {
     const { state, tellsFrames } = this.wiring;
     const isOff = state.isBlanked.peek() || !state.preferences.peek().picture;
@@ -106,7 +106,7 @@ export class Cameras {
     );
   }
 
-  /** The server tells of its cameras. */
+  /** Brings the driving view back if the room reports a problem with the large camera. */
   told(room: RoomState): void {
     const large = this.wiring.state.large.peek();
     const problem = large === null ? null : room.cameras[large]?.problem;

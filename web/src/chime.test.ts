@@ -1,7 +1,7 @@
 import { expect, it, vi } from "vitest";
 import { Chime } from "./chime";
 
-/** As much of WebAudio as two notes need. */
+/** As much of Web Audio as two notes need. */
 function fakeContext() {
   const started: number[] = [];
   const peaks: number[] = [];
@@ -27,7 +27,7 @@ function fakeContext() {
   return { context: context as unknown as AudioContext, started, peaks };
 }
 
-it("plays two notes, one after the other, quietly", () => {
+it("plays two quiet notes, one after the other", () => {
   const { context, started, peaks } = fakeContext();
   new Chime(() => context).ring();
   expect(started).toHaveLength(2);
@@ -36,7 +36,7 @@ it("plays two notes, one after the other, quietly", () => {
   expect(Math.max(...peaks)).toBeLessThanOrEqual(0.1);
 });
 
-it("may be refused the device, as during a call", async () => {
+it("tolerates being refused the device, as during a phone call", async () => {
   const { context } = fakeContext();
   const refused = new DOMException("", "InvalidStateError");
   vi.mocked(context.resume).mockRejectedValue(refused);
@@ -44,7 +44,7 @@ it("may be refused the device, as during a call", async () => {
   await expect(context.resume()).rejects.toBe(refused);
 });
 
-it("is silent where there is no WebAudio", () => {
+it("is silent without Web Audio", () => {
   const chime = new Chime(() => {
     throw new TypeError("AudioContext is not a constructor");
   });

@@ -1,4 +1,4 @@
-/** A quiet sound that calls for attention: two notes, the second higher. */
+/** A quiet chime: two notes, the second higher. */
 
 const NOTES_HZ = [660, 880] as const;
 const NOTE_S = 0.22;
@@ -12,7 +12,7 @@ export class Chime {
 
   constructor(private readonly make: Make = () => new AudioContext()) {}
 
-  /** Plays it; silent in browsers that were never touched, which allow no sound. */
+  /** Plays the chime; silent before the user's first touch, when browsers allow no sound. */
   ring(): void {
     try {
       this.#context ??= this.make();
@@ -22,7 +22,7 @@ export class Chime {
         this.#note(context, hz, context.currentTime + i * NOTE_S);
       });
     } catch {
-      // Without WebAudio the title and the card have to do.
+      // Without Web Audio, the title and the card must be enough.
     }
   }
 

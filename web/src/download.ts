@@ -1,4 +1,4 @@
-/** Long enough for a browser to have begun to read it. */
+/** Long enough for any browser to start reading the file. */
 const READ_MS = 60_000;
 
 /** Gives a file to the browser, which saves it or asks where. */

@@ -2,7 +2,7 @@ import { describe, expect, it, vi } from "vitest";
 import { showEntry, takeEntry } from "./entry";
 import { said, says } from "./words/said";
 
-/** A window at this fragment, and what its history was told. */
+/** A window at this fragment, and the calls to its history. */
 function at(hash: string) {
   const replaceState = vi.fn();
   const location = { hash, pathname: "/", search: "" };
@@ -11,13 +11,13 @@ function at(hash: string) {
 }
 
 describe("the address", () => {
-  it.each(["host", "invite"])("gives up the secret of a link for %s, and loses it", (kind) => {
+  it.each(["host", "invite"])("yields the secret of a link for %s, and forgets it", (kind) => {
     const { window, replaceState } = at(`#${kind}=abc_DEF-1=`);
     expect(takeEntry(window)).toEqual({ kind, secret: "abc_DEF-1=" });
     expect(replaceState).toHaveBeenCalledWith(null, "", "/");
   });
 
-  it("loses an empty one, too", () => {
+  it("forgets an empty one, too", () => {
     const { window, replaceState } = at("#host=");
     expect(takeEntry(window)).toBeNull();
     expect(replaceState).toHaveBeenCalled();
@@ -39,7 +39,7 @@ describe("a secret", () => {
     return fetching;
   }
 
-  it("of the host is shown in a body, never in an address", async () => {
+  it("of the host is sent in a body, never in an address", async () => {
     const fetching = answers(200, { ok: true });
     expect((await showEntry({ kind: "host", secret: "s3" })).isGood).toBe(true);
     const [path, init] = fetching.mock.calls[0] ?? [];
@@ -56,7 +56,7 @@ describe("a secret", () => {
     expect(fetching.mock.calls[0]?.[1].body).toBe('{"token":"t"}');
   });
 
-  it("that is no good any more gets the server's own words", async () => {
+  it("that is no longer valid shows the server's own words", async () => {
     answers(403, { error: "This invitation is used up; ask the host for a new one." });
     const text = "This invitation is used up; ask the host for a new one.";
     expect(await showEntry({ kind: "invite", secret: "t" })).toEqual({
@@ -65,7 +65,7 @@ describe("a secret", () => {
     });
   });
 
-  it("that reaches nobody is told with what to do", async () => {
+  it("that reaches no server says what to do", async () => {
     vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
     const { isGood, text } = await showEntry({ kind: "host", secret: "s" });
     expect(isGood).toBe(false);

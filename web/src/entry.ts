@@ -20,13 +20,13 @@ export function takeEntry(window: Pick<Window, "location" | "history">): Entry |
   return secret ? { kind: kind as Entry["kind"], secret } : null;
 }
 
-/** What became of it, in a sentence: what one may do now, or why not and what to do. */
+/** The result as a sentence: what the user may do now, or why the link failed and what to do. */
 export interface Entered {
   isGood: boolean;
   text: Saying;
 }
 
-/** Shows the secret to the server, once; its answer is a cookie that no script can read. */
+/** Posts the secret to the server once; the answer sets a cookie that no script can read. */
 export async function showEntry({ kind, secret }: Entry): Promise<Entered> {
   const signal = AbortSignal.timeout(LONGEST_MS);
   try {

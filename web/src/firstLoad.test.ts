@@ -6,7 +6,7 @@ import en from "./words/en/first.json";
 import later from "./words/en/later.json";
 
 const ROOT = import.meta.dirname;
-/** What is loaded before anything else; types and `import(…)` are not. */
+/** Modules loaded before anything else, without types and `import(…)`. */
 const STATIC = /^(?:import|export) (?!type )(?:[^"']*? from )?"([^"]+)";$/gm;
 
 /** Every module and package that the page loads at once. */
@@ -33,7 +33,7 @@ function resolve(folder: string, name: string): string {
   throw new Error(`${name} is not in ${folder}`);
 }
 
-it("does not have the first load wait for what few pages need", () => {
+it("leaves what few pages need out of the first load", () => {
   const loaded = [...loadedBy(join(ROOT, "main.tsx"))];
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
@@ -54,7 +54,7 @@ it("does not have the first load wait for what few pages need", () => {
   expect(later).toContain("livekit-client");
 });
 
-it("does not have the first load wait for another language than English", () => {
+it("leaves languages other than English out of the first load", () => {
   const loaded = [...loadedBy(join(ROOT, "main.tsx"))];
   const words = loaded.filter((one) => one.startsWith(join(ROOT, "words")));
   const first = ["language.ts", "lateWords.ts", "named.ts", "said.ts", "words.ts"].map((name) =>
@@ -63,16 +63,16 @@ it("does not have the first load wait for another language than English", () => 
   expect(words.toSorted()).toEqual(first);
 });
 
-/** Every message that one of these modules may say. */
+/** Every message that one of these modules may show. */
 function saidBy(modules: Iterable<string>): string[] {
   const sources = [...modules].filter((one) => one.startsWith(ROOT));
   const text = sources.map((path) => readFileSync(path, "utf8")).join("\n");
   return Object.keys(all).filter((code) => text.includes(`"${code}"`));
 }
 
-it("has the words of the first load in it, of driving too, and no others", () => {
+it("has exactly the words of the first load and of driving", () => {
   const first = loadedBy(join(ROOT, "main.tsx"));
-  // Loaded without more words: what driving needs, and what watches at others.
+  // Loaded without further words: what driving needs, and what watches LiveKit rooms.
   for (const path of ["view/drive/ControlSet.tsx", "rooms/roomViewer.ts"])
     loadedBy(join(ROOT, path), first);
   const said = saidBy(first).filter((code) => !code.startsWith("replay."));
@@ -80,7 +80,7 @@ it("has the words of the first load in it, of driving too, and no others", () =>
   expect(said.filter((code) => code in later)).toEqual([]);
 });
 
-it("keeps the past from the start, and loads what plots it for who asks", () => {
+it("records the history from the start, and loads the plots on demand", () => {
   const loaded = [...loadedBy(join(ROOT, "main.tsx"))];
   expect(loaded).not.toContain("uplot");
   expect(loaded).not.toContain("lean-qr");

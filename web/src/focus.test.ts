@@ -34,11 +34,11 @@ it.each([
   expect(operate(html, "keydown", then)).toBe(true);
 });
 
-it("lets the list of a select stay open after the click that opened it", () => {
+it("keeps a select's list open after the click that opened it", () => {
   expect(operate("<select></select>", "pointerdown", "click")).toBe(true);
 });
 
-it("leaves the name to whoever clicked into it", () => {
+it("leaves the focus in a text field that was clicked", () => {
   expect(operate("<input type='text'>", "pointerdown", "click")).toBe(true);
 });
 
@@ -61,7 +61,7 @@ it.each([
   expect(document.activeElement?.getAttribute("tabindex")).toBe("-1");
 });
 
-it("lands it nowhere after a pointer", async () => {
+it("moves the focus nowhere after a pointer", async () => {
   keepFocus(document, aborting.signal);
   document.body.innerHTML = "<section><button>Join</button></section>";
   const control = document.querySelector("button") as HTMLElement;

@@ -31,11 +31,11 @@ export function returnFocusAfterPointer(document: Document, signal: AbortSignal)
 const LANDING = "section, fieldset, form, main";
 
 /**
- * Leaves the keyboard where something was that has gone while it had the focus; otherwise a screen
- * reader, and Tab in some browsers, would begin again at the top of the page.
+ * When a focused element is removed, keeps the focus near its place; otherwise a screen reader, and
+ * Tab in some browsers, would start again at the top of the page.
  */
 export function keepFocus(document: Document, signal: AbortSignal): void {
-  /** What has the focus, and all that it is in. */
+  /** The focused element and its ancestors. */
   let way: Element[] = [];
   let byPointer = false;
   const note = (event: Event) => {
@@ -71,7 +71,7 @@ export function keepFocus(document: Document, signal: AbortSignal): void {
 
 function land(place: HTMLElement): void {
   place.tabIndex = -1;
-  // Else a click in it would focus it, too.
+  // Otherwise a later click in it would focus it.
   place.addEventListener("blur", () => place.removeAttribute("tabindex"), { once: true });
   place.focus({ preventScroll: true });
 }

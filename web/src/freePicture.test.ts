@@ -4,7 +4,7 @@ import { loadPreferences } from "./preferences";
 import { createState } from "./state";
 import { hello, room } from "./testing/messages";
 
-/** A page in a window that is a phone held across, or not, and that can be turned. */
+/** A page in a window that is, or is not, a phone in landscape, and that can be turned. */
 function opened(isAcross: boolean) {
   const across = Object.assign(new EventTarget(), { matches: isAcross });
   const state = createState(loadPreferences(null));
@@ -17,7 +17,7 @@ function opened(isAcross: boolean) {
   return { state, turn };
 }
 
-it("opens nothing over the picture on a phone held across, nor when it is turned so", () => {
+it("closes panels over the picture on a phone in landscape, also when it is turned", () => {
   expect(opened(true).state.panel.value).toBeNull();
   const { state, turn } = opened(false);
   expect(state.panel.value).toBe("people");
@@ -25,7 +25,7 @@ it("opens nothing over the picture on a phone held across, nor when it is turned
   expect(state.panel.value).toBeNull();
 });
 
-it("closes there what was opened when a turn begins, and elsewhere leaves it", () => {
+it("closes an open panel there when a turn begins, but not elsewhere", () => {
   for (const [isAcross, left] of [
     [true, null],
     [false, "settings"],

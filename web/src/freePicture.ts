@@ -1,9 +1,9 @@
 import type { State } from "./state";
 
-/** A phone held across: what opens there lies over the picture. */
+/** A phone in landscape, where panels open over the picture. */
 const ACROSS = "(orientation: landscape) and (max-height: 559px)";
 
-/** Keeps the picture free where an open panel would cover it: at first, and when a turn begins. */
+/** Closes a panel that would cover the picture: at the start, and when a turn begins. */
 export function freePicture(window: Window, state: State, signal: AbortSignal): void {
   const across = window.matchMedia(ACROSS);
   const clear = () => {

@@ -1,4 +1,4 @@
-/** The page in fullscreen: as the standard has it, and as older WebKit has it. */
+/** The page in fullscreen, by the standard API and by older WebKit's. */
 
 interface WebKitDocument {
   webkitFullscreenEnabled?: boolean;
@@ -10,7 +10,7 @@ interface WebKitElement {
   webkitRequestFullscreen?: () => void;
 }
 
-/** An iPhone shows videos only, with its own controls over them: no way to stop the robot. */
+/** An iPhone shows only a video in fullscreen, under its own controls: no way to stop the robot. */
 interface IPhoneVideo {
   webkitEnterFullscreen?: () => void;
 }
@@ -26,7 +26,7 @@ export function isFullscreen(page: Page = document): boolean {
   return (page.fullscreenElement ?? page.webkitFullscreenElement ?? null) !== null;
 }
 
-/** Rejects where the browser refuses. To be called during a touch. */
+/** Rejects where the browser refuses. Call it during a touch. */
 export async function enterFullscreen(page: Page = document): Promise<void> {
   const root: HTMLElement & WebKitElement = page.documentElement;
   if (typeof root.requestFullscreen === "function") {
@@ -40,7 +40,7 @@ export async function leaveFullscreen(page: Page = document): Promise<void> {
   else page.webkitExitFullscreen?.();
 }
 
-/** Whether at least the video can: on an iPhone, for who only watches. */
+/** Whether at least the video can go fullscreen, as on an iPhone; for viewers who do not drive. */
 export function hasVideoFullscreen(video: (HTMLVideoElement & IPhoneVideo) | null): boolean {
   return typeof video?.webkitEnterFullscreen === "function";
 }
@@ -49,7 +49,7 @@ export function enterVideoFullscreen(video: HTMLVideoElement & IPhoneVideo): voi
   video.webkitEnterFullscreen?.();
 }
 
-/** Calls `changed` when fullscreen begins or ends; returns a function that ends it. */
+/** Calls `changed` when fullscreen begins or ends; returns a function that stops watching. */
 export function watchFullscreen(changed: () => void, page: Page = document): () => void {
   const watching = new AbortController();
   const { signal } = watching;

@@ -27,19 +27,19 @@ it("gives each buffer its own target, and null back to the browser", () => {
   expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([null, 0]);
 });
 
-it("leaves the picture's buffer to the browser while it aims the sound's", () => {
+it("leaves the picture's buffer to the browser while it sets the sound's", () => {
   const [sound, picture] = [receiver(), receiver()];
   applyPlayout(playout(60, null), sound, picture);
   expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([60, null]);
 });
 
-it("stays within what a browser takes", () => {
+it("stays within what a browser accepts", () => {
   const [sound, picture] = [receiver(), receiver()];
   applyPlayout(playout(9000, -5), sound, picture);
   expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([4000, 0]);
 });
 
-it("leaves a browser alone that has no such target", () => {
+it("does nothing in a browser without such a target", () => {
   const old = receiver(false);
   applyPlayout(playout(200, 200), old, receiver());
   expect(old).toEqual({});

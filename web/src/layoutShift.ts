@@ -1,11 +1,11 @@
 const CONTROLS = "button, summary, a[href]";
-/** Who went farther meant something else, such as not to press after all. */
+/** A pointer that moved farther meant something else, such as cancelling the press. */
 const SAME_PLACE_PX = 10;
 
 /**
- * Gives a click to the control that was pressed, where the page moved under a pointer that did not:
- * people come and go in the lists above. A browser gives it to what both ends have in common (UI
- * Events, `click`), where it does nothing, or to what a finger is over when it leaves.
+ * Delivers a click to the control that was pressed, although the page moved under a still pointer
+ * because the lists above grew or shrank. A browser delivers it to the nearest common ancestor of
+ * press and release (UI Events, `click`), where it does nothing, or to what is under the finger.
  */
 export function clickDespiteShift(document: Document, signal: AbortSignal): void {
   let pressed: { control: Element; x: number; y: number } | null = null;
@@ -16,7 +16,7 @@ export function clickDespiteShift(document: Document, signal: AbortSignal): void
   const click = (event: MouseEvent) => {
     const meant = pressed;
     pressed = null;
-    // A keyboard's has no place.
+    // A click by keyboard has no position.
     if (!meant || event.detail === 0) return;
     const { control, x, y } = meant;
     const isSamePlace = Math.hypot(event.clientX - x, event.clientY - y) <= SAME_PLACE_PX;
@@ -25,7 +25,7 @@ export function clickDespiteShift(document: Document, signal: AbortSignal): void
     if (event.target instanceof Node && control.contains(event.target)) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    // Not `control.click()`, which looks like a click without a pointer.
+    // Not `control.click()`, which looks like a click by keyboard.
     control.dispatchEvent(new MouseEvent("click", event));
   };
   document.addEventListener("pointerdown", press, { capture: true, signal });

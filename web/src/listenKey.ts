@@ -1,7 +1,7 @@
 import { codeOf } from "./drive/codeOf";
 import { isOwnPress } from "./typing";
 
-/** Does `act` at each press of a key for it, unless a text field has the focus. */
+/** Calls `act` on each press of a key for it, unless a text field has the focus. */
 export function listenKey(
   window: Window,
   act: () => void,

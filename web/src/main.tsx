@@ -1,4 +1,4 @@
-/** Starts the session and draws the page, another view, or why this browser can show neither. */
+/** Starts the session and draws the page or another view, or says why this browser cannot. */
 
 import "./style/base.css";
 import "./style/layout.css";
@@ -30,7 +30,7 @@ import { App } from "./view/App";
 import { choose, speak, wishes } from "./words/language";
 import { learnLater } from "./words/words";
 
-/** Whether or not there is a server, the page is there by then. */
+/** The page is drawn after this long even if no server has answered. */
 const DRAWN_WITHIN_MS = 150;
 
 const lacks = lacksOf();
@@ -39,10 +39,10 @@ if (root && lacks) {
   void refuse(root, lacks);
 } else if (root) {
   const session = startSession();
-  // Drawing would keep the offer waiting; while the server answers it there is time.
+  // Drawing first would delay the offer; afterwards there is time while the server answers.
   const atLast = new Promise((resolve) => setTimeout(resolve, DRAWN_WITHIN_MS));
   void Promise.race([session.offered, atLast]).then(() => {
-    // Until now it says that the page is loading.
+    // Remove the text that says the page is loading.
     root.replaceChildren();
     const view = viewOf(window.location.search);
     if (view) void openView(root, session, view);
@@ -50,7 +50,7 @@ if (root && lacks) {
   });
 }
 
-/** Says why this browser cannot show the page, which few have to wait for. */
+/** Says why this browser cannot show the page; loaded on demand, since few need it. */
 async function refuse(root: HTMLElement, lacks: Lacks): Promise<void> {
   void speak(choose(wishes(null)));
   const [{ UnsupportedPage }] = await Promise.all([import("./view/UnsupportedPage"), learnLater()]);

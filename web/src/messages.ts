@@ -1,6 +1,6 @@
 /** The message types, generated from the server's models by `npm run types`. */
 export type * from "./generated/messages";
-/** The columns of the rows, and the longest name that the server keeps. */
+/** The columns of the drive channel's rows, and the longest name that the server accepts. */
 export { DRIVE_COLUMNS, MAX_NAME_CHARS } from "./generated/messages";
 
 import type {

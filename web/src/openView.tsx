@@ -7,15 +7,15 @@ const AGAIN_MS = 10_000;
 
 type View = ComponentType<{ session: Session }>;
 
-/** What draws another view than the page's own, where this is one: in a frame, or in a hall. */
+/** What loads a frame's or a big screen's view; null for the normal page. */
 export function viewOf(search: string): (() => Promise<View>) | null {
   if (isFramed()) return async () => (await import("./embed/Embed")).Embed;
-  // Formerly `stage`.
+  // The big screen was once called `stage`.
   if (!["big-screen", "stage"].includes(new URLSearchParams(search).get("view") ?? "")) return null;
   return async () => (await import("./bigScreen/BigScreen")).BigScreen;
 }
 
-/** Draws a view once it is loaded; nobody is there to try again, so that it does so itself. */
+/** Draws a view once it is loaded; retries by itself, because nobody attends it. */
 export async function openView(
   root: Element,
   session: Session,

@@ -1,5 +1,5 @@
 /**
- * What this page's user may do now, so that the page offers nothing that the server refuses. The
+ * What this page's user may do now, so that the page offers nothing the server would refuse. The
  * server decides (`access/permissions.py`, `control/stop_latch.py`); this only follows it.
  */
 
@@ -9,19 +9,19 @@ import type { ControlInfo, Hello, RoomState, ViewerInfo } from "./messages";
 export interface Permissions {
   /** Whether this page drives and no stop is in force. */
   mayMove: ReadonlySignal<boolean>;
-  /** Those of the robot's controls that this page may use now; what moves also needs `mayMove`. */
+  /** The robot's controls that this page may use now; one that moves also needs `mayMove`. */
   usableControls: ReadonlySignal<readonly ControlInfo[]>;
-  /** Whether this page may speak through the robot: while it drives, and the host's. */
+  /** Whether this page may speak through the robot: the operator's and the host's may. */
   maySpeak: ReadonlySignal<boolean>;
-  /** Every viewer, unless the server allows only operator and host; even without a connection. */
+  /** Every viewer may, even offline, unless the server allows only operator and host. */
   mayStop: ReadonlySignal<boolean>;
-  /** The host, and the operator where the host has not pressed it. */
+  /** The host may; the operator too, unless the host pressed Stop. */
   mayRelease: ReadonlySignal<boolean>;
   mayKeepTape: ReadonlySignal<boolean>;
   isHost: ReadonlySignal<boolean>;
 }
 
-/** What they follow from; `isHere`: connected to the robot's server, not watching in a room. */
+/** What permissions depend on; `isHere`: connected to the robot's server, not to a LiveKit room. */
 interface Known {
   hello: ReadonlySignal<Hello | null>;
   room: ReadonlySignal<RoomState | null>;
@@ -40,7 +40,7 @@ export function permissions({ hello, room, me, drivingTurn, isHere }: Known): Pe
     mayMove: computed(() => isDriving.value && room.value?.stop == null),
     usableControls: computed(() => {
       if (!isHere.value) return [];
-      // Who sits in the robot, if somebody does, may not have left it to its operator.
+      // A person aboard may not have handed the robot over to its operator.
       const isLeft = (room.value?.aboard?.mode ?? "free") === "free";
       const roles = { operator: isDriving.value && isLeft, host: isHost.value, observer: true };
       const controls = hello.value?.controls ?? [];

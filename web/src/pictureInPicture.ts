@@ -1,4 +1,4 @@
-/** A picture in a window of its own: as the standard has it, and as Safari has it. */
+/** Picture in picture, by the standard API and by Safari's. */
 
 interface SafariVideo {
   webkitSupportsPresentationMode?: (mode: string) => boolean;
@@ -8,12 +8,12 @@ interface SafariVideo {
 
 type Video = HTMLVideoElement & SafariVideo;
 
-/** Not a type guard: what lacks the standard's may still have Safari's. */
+/** Not a type guard: a video without the standard API may still have Safari's. */
 function isStandard(video: object): boolean {
   return "requestPictureInPicture" in video;
 }
 
-/** Whether a page can do it here; Firefox has a button of its own instead. */
+/** Whether a page can start picture in picture here; Firefox has its own button instead. */
 export function canLeavePage(scope: typeof globalThis = globalThis): boolean {
   const video: Partial<Video> = scope.HTMLVideoElement?.prototype ?? {};
   if (isStandard(video)) return scope.document.pictureInPictureEnabled ?? false;
@@ -41,7 +41,7 @@ export async function comeBack(video: Video): Promise<void> {
   else video.webkitSetPresentationMode?.("inline");
 }
 
-/** Calls `changed` when it leaves the page or returns; returns a function that ends it. */
+/** Calls `changed` when the video leaves the page or returns; returns what stops watching. */
 export function watchApart(video: Video, changed: () => void): () => void {
   const watching = new AbortController();
   const { signal } = watching;

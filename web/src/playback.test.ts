@@ -2,7 +2,7 @@ import { beforeEach, expect, it, vi } from "vitest";
 import { Playback } from "./playback";
 import { eventually } from "./testing/eventually";
 
-/** Plays and pauses as a media element, and lets the system do so, too. */
+/** A media element that plays and pauses, also by the system. */
 class Element extends EventTarget {
   paused = true;
   ended = false;
@@ -30,7 +30,7 @@ beforeEach(() => {
   playback.attach(element as unknown as HTMLMediaElement);
 });
 
-it("says when a call pauses the sound, and when it is played on", () => {
+it("reports when a call pauses the sound, and when it resumes", () => {
   playback.play();
   element.isNow(true);
   expect(silenced).toHaveBeenCalledOnce();
@@ -42,7 +42,7 @@ it("says when a call pauses the sound, and when it is played on", () => {
   expect(silenced).toHaveBeenCalledTimes(2);
 });
 
-it("plays on what nobody hears, such as the picture, as soon as the system lets it", () => {
+it("resumes a muted element, such as the picture, as soon as the system allows it", () => {
   vi.useFakeTimers();
   element.muted = true;
   playback.play();
@@ -58,7 +58,7 @@ it("plays on what nobody hears, such as the picture, as soon as the system lets 
   vi.useRealTimers();
 });
 
-it("says nothing of what the page does itself, of a sound that ends, or of another element", () => {
+it("reports nothing for the page's own pause, an ended sound, or another element", () => {
   playback.play();
   playback.pause();
   playback.play();

@@ -1,15 +1,15 @@
-/** What nobody hears is played again so often while the system holds it back. */
+/** How often a muted element is restarted while the system keeps pausing it. */
 const AGAIN_EVERY_MS = 1000;
 
 export interface PlaybackEvents {
-  /** It is not heard, or seen, any more: the system has paused it, as for a call, or wants a touch first. */
+  /** Playing has stopped: the system paused it, as for a phone call, or demands a touch first. */
   silenced?(): void;
-  /** The system plays it on. */
+  /** The system has resumed it. */
   resumed?(): void;
 }
 
 /**
- * Plays one stream on one element, and starts again when either is replaced.
+ * Plays one stream on one element, and restarts when either is replaced.
  *
  * Picture and sound have separate elements and streams: a common one would apply the browser's own
  * lip synchronisation, and muting one must not pause the other.
@@ -43,7 +43,7 @@ export class Playback {
     return this.#stream;
   }
 
-  /** Sets the track of a new peer, null for none; one that plays already goes on. */
+  /** Sets the track of a new peer, null for none; a track that already plays continues. */
   take(track: MediaStreamTrack | null): void {
     if (track === this.#track && this.#stream) return;
     this.#track = track;
@@ -61,18 +61,18 @@ export class Playback {
     this.#go();
   }
 
-  /** While muted it plays all the same. */
+  /** A muted element keeps playing. */
   set isMuted(isMuted: boolean) {
     if (this.#element) this.#element.muted = isMuted;
   }
 
-  /** From 0 to 1. Browsers of iOS leave that to the buttons of the device. */
+  /** From 0 to 1. On iOS only the device's buttons change it. */
   set volume(volume: number) {
     this.#volume = volume;
     if (this.#element) this.#element.volume = volume;
   }
 
-  /** Plays on the device with this id, "" for the browser's own choice; rejects if it is gone. */
+  /** Plays on the device with this id, "" for the browser's default; rejects if it is gone. */
   async setOutput(id: string): Promise<void> {
     this.#output = id;
     await this.#element?.setSinkId?.(id);
@@ -96,7 +96,7 @@ export class Playback {
     });
   }
 
-  /** Paused or played on, perhaps by the system. */
+  /** Handles the element's `pause` and `play`, perhaps by the system. */
   #noticed(element: HTMLMediaElement): void {
     const { paused, ended, muted } = element;
     if (!this.#playing || ended || element !== this.#element) return;
@@ -109,7 +109,7 @@ export class Playback {
     } else if (paused) this.#silence();
   }
 
-  /** Leaves the element as it is: after a call WebKit plays on only what the page did not pause. */
+  /** Does not pause the element: after a call WebKit resumes only what the page did not pause. */
   #silence(): void {
     if (!this.#playing || this.#isSilenced) return;
     this.#isSilenced = true;

@@ -18,7 +18,7 @@ const FORBIDDEN = () => {
   throw new DOMException("denied", "SecurityError");
 };
 
-it("finds again what was saved", () => {
+it("restores what was saved", () => {
   const mine = store();
   const chosen = {
     name: "Ada",
@@ -76,7 +76,7 @@ it.each([
   });
 });
 
-it("lives without a store", () => {
+it("works without a store", () => {
   expect(openStore(FORBIDDEN)).toBeNull();
   savePreferences(null, loadPreferences(null));
   savePreferences({ getItem: FORBIDDEN, setItem: FORBIDDEN }, loadPreferences(null));

@@ -15,12 +15,12 @@ export interface Preferences extends DrivePreferences {
   cameras: boolean;
   /** The largest picture, as `640x480`; empty for the largest available. */
   size: string;
-  /** The synchronisation policy; null means the role's default. */
+  /** How picture and sound are synchronised; null means the role's default. */
   policy: Want["policy"];
   speed: "slow" | "fast";
   /** Whether the predicted path is drawn on the picture. */
   path: boolean;
-  /** Whether somebody has driven here, or has read how. */
+  /** Whether the user has driven here, or has read how to. */
   welcomed: boolean;
   /** Which player plays the sound; null means the server's choice. */
   player: "browser" | "built-in" | null;
@@ -58,7 +58,7 @@ const DEFAULTS: Preferences = {
 
 type Store = Pick<Storage, "getItem" | "setItem">;
 
-/** `window.localStorage` or similar; null if it is forbidden, as where no cookie is allowed. */
+/** `window.localStorage` or similar; null where it is forbidden, as when cookies are blocked. */
 export function openStore<Opened>(open: () => Opened): Opened | null {
   try {
     return open();

@@ -31,7 +31,7 @@ const DONE: Proof = {
   record: "api/proof/record",
 };
 
-it("starts with the word that the wheels are off the floor, and looks each second until the end", async () => {
+it("starts with the confirmation that the wheels are lifted, and polls each second until the end", async () => {
   now = RUNNING;
   await prover.start();
   expect(asked).toEqual(['POST api/proof {"lifted":true}']);
@@ -43,7 +43,7 @@ it("starts with the word that the wheels are off the floor, and looks each secon
   expect(told.at(-1)).toEqual(DONE);
 });
 
-it("goes on looking where an answer is missed", async () => {
+it("keeps polling if an answer is missed", async () => {
   now = RUNNING;
   await prover.start();
   now = { error: "The server does not answer." };
@@ -54,14 +54,14 @@ it("goes on looking where an answer is missed", async () => {
   expect(told.at(-1)).toEqual(DONE);
 });
 
-it("looks once where none runs", async () => {
+it("polls once if none is running", async () => {
   now = DONE;
   await prover.look();
   await vi.advanceTimersByTimeAsync(5000);
   expect(asked).toEqual(["GET api/proof"]);
 });
 
-it("says why it was refused, and looks no further", async () => {
+it("says why it was refused, and stops polling", async () => {
   now = { error: "A proof is already running." };
   await prover.start();
   expect(complain).toHaveBeenCalledWith("A proof is already running.");

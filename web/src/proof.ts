@@ -1,4 +1,4 @@
-/** Starts and follows the proof of the stop; what it shows: `view/ProofPanel.tsx`. */
+/** Starts and polls the proof of the stop; its view: `view/ProofPanel.tsx`. */
 
 import { type Answer, ask, post } from "./link/http";
 import type { Sentence } from "./messages";
@@ -12,14 +12,14 @@ export interface Proof {
 
 export interface ProverOptions {
   tell: (proof: Proof) => void;
-  /** A sentence for people. */
+  /** Shows an error to the user. */
   complain: (sentence: string) => void;
 }
 
 const PATH = "api/proof";
 const LOOK_EVERY_MS = 1000;
 
-/** Starts and follows the proof of the stop, on the host's page. */
+/** Starts and polls the proof of the stop, on the host's page. */
 export class Prover {
   #timer: ReturnType<typeof setTimeout> | undefined;
   #isRunning = false;

@@ -9,18 +9,18 @@ function change(more: Partial<RoomChange>): RoomChange {
   return { ...before, type: "room_change", viewers: [], gone: [], ...more };
 }
 
-it("keeps who has not changed and puts who has in place of their old line", () => {
+it("keeps unchanged viewers and replaces changed ones in place", () => {
   const after = changed(before, change({ viewers: [viewer(3, { name: "Zoë" })] }));
   expect(after.viewers.map((line) => line.name)).toEqual(["Ada", "Bob", "Zoë"]);
   expect(after.viewers[1]?.place).toBe(1);
 });
 
-it("adds who is new, in the order of arrival, and leaves out who is gone", () => {
+it("adds new viewers in the order of arrival, and removes those who left", () => {
   const after = changed(before, change({ viewers: [viewer(4)], gone: [2] }));
   expect(after.viewers.map((line) => line.id)).toEqual([1, 3, 4]);
 });
 
-it("takes everything else as it is now, a released stop too", () => {
+it("takes everything else from the change, a released stop too", () => {
   const stopped = { ...before, stop: pressedBy("Bob", { number: 4 }) };
   const turn = { number: 9, operator: 3, ends_server_ms: null, stands_left_ms: null, axes: {} };
   const after = changed(stopped, change({ turn, stop: null }));

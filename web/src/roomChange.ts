@@ -1,6 +1,6 @@
 import type { RoomChange, RoomState } from "./messages";
 
-/** The room after this change; its viewers are in the order of their arrival. */
+/** The room after this change, its viewers in the order of arrival. */
 export function changed(room: RoomState, change: RoomChange): RoomState {
   const { gone, ...rest } = change;
   const lines = new Map([...room.viewers, ...change.viewers].map((line) => [line.id, line]));

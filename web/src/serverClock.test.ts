@@ -76,19 +76,19 @@ describe("ServerClock", () => {
     expect(clock.toServerMs(1)).toBeNull();
   });
 
-  it("tells the usual round trip, not the worst", () => {
+  it("reports the usual round trip, not the worst", () => {
     const clock = new ServerClock();
     for (const backMs of [10, 12, 700, 11, 9]) exchange(clock, 0, { backMs });
     expect(clock.rttMs).toBe(21);
   });
 
-  it("tells the longest of the last few round trips", () => {
+  it("reports the longest of the last few round trips", () => {
     const clock = new ServerClock();
     for (const backMs of [900, 12, 700, 11, 9, 8]) exchange(clock, 0, { backMs });
     expect(clock.slowestMs).toBe(710);
   });
 
-  it("tells how long the newest round trip queued beyond the shortest", () => {
+  it("reports by how much the newest round trip exceeds the shortest", () => {
     const clock = new ServerClock();
     expect(clock.queuedMs).toBe(0);
     for (const backMs of [12, 700]) exchange(clock, 0, { backMs });

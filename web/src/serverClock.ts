@@ -67,7 +67,7 @@ export class ServerClock {
     return sorted[sorted.length >> 1] ?? null;
   }
 
-  /** By how much the newest round trip exceeds the shortest of 20 s, which is what it queued. */
+  /** By how much the newest round trip exceeds the shortest of 20 s: its queueing delay. */
   get queuedMs(): number {
     const newestMs = this.#recentMs.at(-1) ?? 0;
     return newestMs - Math.min(newestMs, ...this.#bounds.map(({ halfMs }) => 2 * halfMs));

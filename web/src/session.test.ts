@@ -18,7 +18,7 @@ const { FakePeer, peers } = vi.hoisted(() => {
     getSynchronizationSources: () => [],
   });
 
-  /** Stands where the browser's peer connection would, and answers every ping at once. */
+  /** Replaces the browser's peer connection, and answers every ping at once. */
   class Fake {
     sound = receiver();
     picture = receiver();
@@ -60,7 +60,7 @@ const { FakePeer, peers } = vi.hoisted(() => {
 
 vi.mock("./link/peer", () => ({ Peer: FakePeer }));
 
-/** What watches at others, once it is loaded. */
+/** Replaces the viewer of LiveKit rooms, which is loaded on demand. */
 const away = vi.hoisted(() => ({
   isOnScreen: false,
   picture: undefined,
@@ -82,7 +82,7 @@ vi.mock("./rooms/roomViewer", () => ({
   },
 }));
 
-/** Each test is alone: the session of the one before does not ask who else is there. */
+/** Isolates the tests: the previous session's identity channel stays silent. */
 class Alone {
   onmessage = null;
   postMessage(): void {}
@@ -117,7 +117,7 @@ function receive(...messages: StateOut[]): void {
   for (const message of messages) peer().events.received("state", JSON.stringify(message));
 }
 
-/** The turns of the set-points that went out over the newest peer. */
+/** The turns of the set-points sent over the newest peer. */
 function turns(): number[] {
   return peer().rows.flatMap(([type, , turn]) => (type === "drive" ? [turn as number] : []));
 }
@@ -170,7 +170,7 @@ describe("input", () => {
     vi.advanceTimersByTime(1000);
   });
 
-  /** What was sent in the same task: whether anything is held, and how far ahead. */
+  /** Sent in the same task: whether anything is held, and the speed ahead. */
   function said(during: () => void): unknown[] {
     const before = peer().rows.length;
     during();
@@ -180,35 +180,35 @@ describe("input", () => {
     return drives.map(([, , , , linear, , held]) => [held, linear]);
   }
 
-  it("say in each command whether they hold anything", () => {
+  it("state in each command whether anything is held", () => {
     expect(said(() => session.actions.press("a", "forward"))).toEqual([[true, 1]]);
     expect(said(() => session.actions.press("b", "back"))).toEqual([[true, 0]]);
     session.actions.release("b");
     expect(said(() => session.actions.release("a"))).toEqual([[false, 0]]);
   });
 
-  it("say three times within 100 ms that they have let go", () => {
+  it("send a release three times within 100 ms", () => {
     session.actions.press("a", "forward");
     session.actions.release("a");
-    // Without the repeats there would be one in this time, after 50 ms.
+    // Without the repeats there would be only one in this time, after 50 ms.
     expect(said(() => vi.advanceTimersByTime(95)).length).toBeGreaterThanOrEqual(2);
   });
 
-  it("say it three times before the task ends in which the page loses them", () => {
+  it("send it three times before the end of the task in which the page loses the input", () => {
     session.actions.press("a", "forward");
     const words = said(() => window.dispatchEvent(new Event("pagehide")));
     expect(words.length).toBeGreaterThanOrEqual(3);
     expect(new Set(words.map(String))).toEqual(new Set(["false,0"]));
   });
 
-  it("say the chosen speed at once", () => {
+  it("send the chosen speed at once", () => {
     for (const speed of ["fast", "slow"] as const) {
       session.actions.setSpeed(speed);
       expect(peer().rows.at(-1)?.[7]).toBe(speed);
     }
   });
 
-  it("end with a turn, whose seconds the page counts down", () => {
+  it("end with the turn, whose seconds the page counts down", () => {
     receive(room({ operator: 1, number: 7, endsMs: performance.now() + 30_000 }));
     vi.advanceTimersByTime(1000);
     const leftS = session.state.secondsLeft.value ?? 0;
@@ -217,7 +217,7 @@ describe("input", () => {
     expect(leftS).toBe(29);
   });
 
-  it("are empty from the moment of a stop until the first press after its release", () => {
+  it("are empty from a stop until the first press after its release", () => {
     const stop = pressedBy("Bob", { number: 3 });
     session.actions.press("a", "forward");
     expect(said(() => receive(room({ operator: 1, number: 7, stop })))).toEqual([[false, 0]]);
@@ -230,7 +230,7 @@ describe("input", () => {
     expect(session.state.isFreshlyReleased.value).toBe(false);
   });
 
-  it("stop the robot by the channel before anything else is said", () => {
+  it("send Stop over the channel before anything else", () => {
     const fetching = vi.fn(() => Promise.reject(new TypeError("Failed to fetch")));
     vi.stubGlobal("fetch", fetching);
     session.actions.press("a", "forward");
@@ -240,7 +240,7 @@ describe("input", () => {
     expect(session.state.held.value.size).toBe(0);
   });
 
-  it("say nothing of a picture that is switched off", () => {
+  it("report nothing of a picture that is switched off", () => {
     receive({
       type: "rtp_clock",
       kind: "video",
@@ -276,7 +276,7 @@ describe("input", () => {
   });
 });
 
-it("cuts a name where the server does", () => {
+it("cuts a name to the server's length", () => {
   open();
   session.actions.setName(` ${"x".repeat(100)} `);
   const name = "x".repeat(MAX_NAME_CHARS);
@@ -284,7 +284,7 @@ it("cuts a name where the server does", () => {
   expect(session.state.preferences.value.name).toBe(name);
 });
 
-it("carries a press over a page that moves under it", () => {
+it("delivers a click although the page moves under the pointer", () => {
   document.body.innerHTML = "<p><button>Join</button></p>";
   const clicked = vi.fn();
   document.querySelector("button")?.addEventListener("click", clicked);
@@ -296,7 +296,7 @@ it("carries a press over a page that moves under it", () => {
   expect(clicked).toHaveBeenCalledOnce();
 });
 
-it("keeps what the room said of oneself while the connection is lost", () => {
+it("keeps the viewer's own entry in the room state while the connection is lost", () => {
   open();
   receive(hello({ viewer: 1 }), room({ operator: 1 }));
   peer().events.lost(says("The connection was lost."), null);
@@ -318,7 +318,7 @@ it("sends the policy that was chosen, and changes it without a new connection", 
   expect(peers).toHaveLength(1);
 });
 
-it("keeps what is served, for as long as the connection lasts that it was said of", () => {
+it("keeps the report of what is served only for the connection it describes", () => {
   open();
   receive(hello(), served({ link_bps: 2_000_000 }));
   expect(session.state.served.value).toEqual(served({ link_bps: 2_000_000 }));
@@ -328,7 +328,7 @@ it("keeps what is served, for as long as the connection lasts that it was said o
   expect(session.state.served.value).toBeNull();
 });
 
-it("speaks less where the server says that the link is slow", async () => {
+it("sends less if the server says that the link is slow", async () => {
   const rowsIn = async (ms: number) => {
     const before = peer().rows.length;
     await vi.advanceTimersByTimeAsync(ms);
@@ -343,7 +343,7 @@ it("speaks less where the server says that the link is slow", async () => {
   expect(await rowsIn(5000)).toBe(10);
 });
 
-it("asks for the server's words once picture and sound are there, or are late", () => {
+it("loads the server's words once picture and sound have arrived, or are late", () => {
   const ask = vi.spyOn(LateWords.prototype, "ask");
   const { state, actions } = session;
   actions.setSound(true);
@@ -360,7 +360,7 @@ it("asks for the server's words once picture and sound are there, or are late", 
   expect(ask).toHaveBeenCalledTimes(2);
 });
 
-it("asks for the server's words at once where the connection is lost, not while the server is only silent", () => {
+it("loads the server's words at once if the connection is lost, not if the server is only silent", () => {
   const ask = vi.spyOn(LateWords.prototype, "ask");
   session.state.link.value = { is: "silent", sinceMs: 0 };
   expect(ask).not.toHaveBeenCalled();
@@ -368,7 +368,7 @@ it("asks for the server's words at once where the connection is lost, not while 
   expect(ask).toHaveBeenCalledOnce();
 });
 
-it("says so when it is to acknowledge and this browser cannot", async () => {
+it("says so if it should acknowledge and this browser cannot", async () => {
   receive(hello({ acknowledge: true }));
   await vi.advanceTimersByTimeAsync(0);
   expect(said(session.state.notice.value?.text)).toContain("cannot say what it has received");
@@ -378,7 +378,7 @@ it("says so when it is to acknowledge and this browser cannot", async () => {
 describe("a page that may not stay", () => {
   const ended = { type: "ended", text: says("The robot is closed."), openings: [] } satisfies Ended;
 
-  it("shows why, stays away, and comes back when it is asked to", () => {
+  it("shows why, stays disconnected, and reconnects on request", () => {
     open();
     receive(hello({ viewer: 1 }), room({ watching: [1] }), ended);
     expect(session.state.ended.value).toEqual(ended);
@@ -390,7 +390,7 @@ describe("a page that may not stay", () => {
     expect(session.state.ended.value).toBeNull();
   });
 
-  it("comes back by itself when the robot opens, not with everybody at once", () => {
+  it("reconnects by itself when the robot opens, spread over time", () => {
     vi.spyOn(Math, "random").mockReturnValue(0.5);
     open();
     const opens_wall_ms = Date.now() + 3_600_000;
@@ -407,7 +407,7 @@ describe("a link with a secret", () => {
     window.location.hash = "";
   });
 
-  /** A server that answers like this; each request is kept. */
+  /** A server with this answer; each request is recorded. */
   function server(status: number, body: object) {
     const asked: string[] = [];
     vi.stubGlobal("fetch", async (path: string) => {
@@ -417,7 +417,7 @@ describe("a link with a secret", () => {
     return asked;
   }
 
-  it("is shown to the server before the page connects, and gone from the address by then", async () => {
+  it("is sent to the server before the page connects, and removed from the address by then", async () => {
     const asked = server(200, { ok: true });
     window.location.hash = "#host=s3cret";
     peers.length = 0;
@@ -430,7 +430,7 @@ describe("a link with a secret", () => {
     expect(session.state.entryProblem.value).toBeNull();
   });
 
-  it("that is no good is told of for as long as it takes, and the page connects as a guest's", async () => {
+  it("that is invalid shows a lasting message, and the page connects as a guest's", async () => {
     server(403, { error: "This host link has expired." });
     window.location.hash = "#host=old";
     peers.length = 0;
@@ -441,7 +441,7 @@ describe("a link with a secret", () => {
   });
 });
 
-it("begins where the browser allows no cookie, and so no word between its tabs", async () => {
+it("starts where the browser allows no cookies, and so no channel between its tabs", async () => {
   class Forbidden {
     constructor() {
       throw new DOMException("The operation is insecure.", "SecurityError");
@@ -470,10 +470,10 @@ describe("in a frame on another site", () => {
     window.history.replaceState(null, "", "/");
   });
 
-  it("no key drives, stops or speaks, and no secret in the address is shown to the server", async () => {
+  it("no key drives, stops or speaks, and no secret in the address is sent to the server", async () => {
     const fetching = vi.fn();
     vi.stubGlobal("fetch", fetching);
-    // The session that every test here begins with is in no frame, and would take it.
+    // The session that every test here starts with is in no frame, and would take it.
     window.addEventListener("hashchange", (event) => event.stopImmediatePropagation(), true);
     const listening = vi.spyOn(window, "addEventListener");
     window.history.replaceState(null, "", "#host=s3cret");
@@ -487,7 +487,7 @@ describe("in a frame on another site", () => {
     expect(fetching).not.toHaveBeenCalled();
   });
 
-  it("keeps nothing in the browser, and takes nothing from it", async () => {
+  it("stores nothing in the browser, and reads nothing from it", async () => {
     window.localStorage.setItem("wax-preferences", '{"picture": false, "name": "Ada"}');
     session = startSession();
     expect(session.state.preferences.value).toMatchObject({ picture: true, name: "" });
@@ -509,14 +509,14 @@ describe("a notification at one's turn", () => {
     return session.state.preferences.value.tells;
   };
 
-  it("is kept where the browser allows it, until it is switched off", async () => {
+  it("stays on if the browser allows it, until it is switched off", async () => {
     asks("granted");
     expect(await wants(true)).toBe(true);
     expect(session.state.notice.value).toBeNull();
     expect(await wants(false)).toBe(false);
   });
 
-  it("is not where the browser does not, and says so", async () => {
+  it("stays off if the browser refuses it, with a reason", async () => {
     asks("denied");
     expect(await wants(true)).toBe(false);
     expect(said(session.state.notice.value?.text)).toContain("shows no notifications");
@@ -546,7 +546,7 @@ describe("a request of the person aboard", () => {
   const now = { ...room({ operator: 1 }), aboard: aboard() };
   const asks = (number: number) => ({ ...now, aboard: aboard({ asked: "wait", asks: number }) });
 
-  it("rings for whoever drives, and is shown for a while", async () => {
+  it("rings for the operator, and is shown for a while", async () => {
     const made = vi.fn(function refuse() {
       throw new Error("no sound here");
     });
@@ -563,7 +563,7 @@ describe("a request of the person aboard", () => {
     expect(session.state.request.value).toBeNull();
   });
 
-  it("is over when the person takes the robot themselves", () => {
+  it("ends when the person takes over the robot", () => {
     open();
     receive(hello({ viewer: 2 }), now, asks(1));
     expect(session.state.request.value).toEqual({ asked: "wait" });
@@ -573,7 +573,7 @@ describe("a request of the person aboard", () => {
     expect(session.state.request.value).toEqual({ asked: "left" });
   });
 
-  it("is shown to who watches without a sound", () => {
+  it("is shown to observers without a sound", () => {
     const made = vi.fn();
     vi.stubGlobal("AudioContext", made);
     open();
@@ -583,7 +583,7 @@ describe("a request of the person aboard", () => {
   });
 });
 
-describe("a page for which the server has no place", () => {
+describe("a page for which the server is full", () => {
   beforeEach(async () => {
     vi.clearAllMocks();
     Object.assign(away, { isOnScreen: false, made: 0 });
@@ -592,7 +592,7 @@ describe("a page for which the server has no place", () => {
     await vi.dynamicImportSettled();
   });
 
-  it("loads what watches at others, and tells it where, each time", async () => {
+  it("loads the viewer of LiveKit rooms, and tells it where to watch each time", async () => {
     expect(away.sent).toHaveBeenCalledWith(sentToRoom());
     session.actions.comeBack();
     peer().events.sent(sentToRoom({ rooms: [] }));
@@ -601,7 +601,7 @@ describe("a page for which the server has no place", () => {
     expect(away.made).toBe(1);
   });
 
-  it("asks for the queue there, and by its channel once it is the server's viewer", () => {
+  it("sends queue requests through it, and by its channel once it is the server's viewer", () => {
     session.actions.join();
     session.actions.answerCall();
     expect(away.ask.mock.calls).toEqual([["join"], ["here"]]);
@@ -621,25 +621,25 @@ describe("a page for which the server has no place", () => {
     expect(fetching.mock.lastCall?.[0]).toBe("api/stop");
   });
 
-  it("counts down by what it is told of the server's clock", () => {
+  it("counts down by the room's estimate of the server's clock", () => {
     session.state.isInRoom.value = true;
     vi.advanceTimersByTime(200);
     expect(session.state.serverMs.value).toBe(4000);
   });
 
-  it("gives the seat there back when the page is closed", () => {
+  it("gives back its seat when the page is closed", () => {
     window.dispatchEvent(new Event("pagehide"));
     expect(away.giveUp).toHaveBeenCalled();
   });
 
-  it("leaves it to that when a peer's picture comes on the screen", () => {
+  it("lets the viewer decide when a peer's picture is shown", () => {
     away.isOnScreen = true;
     session.actions.comeBack();
     peer().events.answered();
     expect(away.arrives).toHaveBeenCalledOnce();
   });
 
-  it("leaves the rooms where it may not stay", () => {
+  it("leaves the rooms if it may not stay", () => {
     session.actions.comeBack();
     open();
     receive({ type: "ended", text: says("You were removed."), openings: [] });
@@ -647,7 +647,7 @@ describe("a page for which the server has no place", () => {
   });
 });
 
-it("connects again, once, with room for the cameras that the server has now", async () => {
+it("reconnects once with room for the cameras that the server now has", async () => {
   const greeting = hello({ viewer: 1, cameras: [{ name: "Door", axes: [] }] });
   open();
   receive(greeting);
@@ -661,7 +661,7 @@ it("connects again, once, with room for the cameras that the server has now", as
   expect(peer().sent).toContainEqual({ type: "look", large: null, small: true });
 });
 
-it("speaks the language that is chosen, and keeps the choice", async () => {
+it("uses the chosen language, and stores the choice", async () => {
   session.actions.setLanguage("de");
   await eventually(() => expect(document.documentElement.lang).toBe("de"));
   expect(session.state.preferences.value.language).toBe("de");
@@ -669,7 +669,7 @@ it("speaks the language that is chosen, and keeps the choice", async () => {
   await eventually(() => expect(document.documentElement.lang).toBe("en"));
 });
 
-it("offers the sound again once a call has taken it, and plays on if the browser does", () => {
+it("offers the sound again after a call has paused it, and resumes if the browser does", () => {
   const element = document.createElement("audio");
   const paused = vi.spyOn(element, "paused", "get").mockReturnValue(false);
   vi.spyOn(element, "play").mockResolvedValue();

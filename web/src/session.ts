@@ -57,15 +57,15 @@ import { ours, type Saying, says } from "./words/said";
 import { t } from "./words/words";
 
 const CLOCKS_EVERY_MS = 200;
-/** Over this time those come back who wait for the opening. */
+/** Pages that wait for the opening reconnect spread over this time. */
 const OPENING_MS = 20_000;
-/** What could not be loaded is tried again after so long. */
+/** The pause before a failed load is retried. */
 const LOAD_AGAIN_MS = 5000;
-/** The page connects without them after so long: 34 kB take 10 s over the slowest modem. */
+/** The page connects without words and player after this: 34 kB take 10 s on the slowest modem. */
 const LOADED_WITHIN_MS = 12_000;
-/** Where the first picture and sound have not come after so long, there may be none. */
+/** Without a first picture and sound after this long, there may be none. */
 const MEDIA_WITHIN_MS = 4000;
-/** How long a request of the person aboard is shown. */
+/** How long a request by the person aboard is shown. */
 const REQUEST_MS = 15_000;
 const PAD_NEWS = {
   found: "ways.pad_found",
@@ -76,7 +76,7 @@ const PAD_NEWS = {
 
 /** Connects at once, before anything is drawn. */
 export function startSession(): Session {
-  // In a frame on another site nobody drives, stops or comes in, and nothing is kept.
+  // In a frame on another site nobody drives, presses Stop or opens a link, and nothing is stored.
   const isEmbed = isFramed();
   // Before anything else, so that nothing can send or keep the secret.
   const entry = isEmbed ? null : takeEntry(window);
@@ -122,7 +122,7 @@ export function startSession(): Session {
     },
   });
 
-  /** What watches at others, once the server had no place; loaded only then. */
+  /** Watches LiveKit rooms once the server is full; loaded only then. */
   let roomViewer: RoomViewer | null = null;
 
   const wants = () => ({
@@ -171,7 +171,7 @@ export function startSession(): Session {
     },
   });
 
-  /** Where the system has paused what plays, or demands a touch. */
+  /** Shows the Start button: the system has paused the sound, or demands a touch. */
   function offerStart(): void {
     state.isStartOffered.value = true;
   }
@@ -269,7 +269,7 @@ export function startSession(): Session {
     }
   }
 
-  /** Whether there is room for so many cameras; connects again where the server has others now. */
+  /** Whether the peer has `count` cameras; reconnects if the server's number has changed. */
   function hasRoomFor(count: number): boolean {
     if (count === link.cameras) return true;
     link.cameras = count;
@@ -278,7 +278,7 @@ export function startSession(): Session {
     return false;
   }
 
-  /** Watches at others, since the server has no place. */
+  /** Watches a LiveKit room, since the server is full. */
   async function goToRoom(where: Sent): Promise<void> {
     try {
       const loaded = await import("./rooms/roomViewer");
@@ -324,13 +324,13 @@ export function startSession(): Session {
     }
     state.room.value = room;
     cameras.told(room);
-    // Who takes the robot themselves asks for nothing any more.
+    // A person aboard who takes over needs no request any more.
     if (room.aboard?.mode === "hand" && before?.aboard?.mode !== "hand") state.request.value = null;
     const asked = newRequest(before, room);
     if (asked) tellRequest(asked);
   }
 
-  /** Shows for a while what the person aboard asks for; whoever drives hears it too. */
+  /** Shows the request of the person aboard for a while; the operator also hears a chime. */
   function tellRequest(asked: Asked): void {
     const request = { asked };
     state.request.value = request;
@@ -345,7 +345,7 @@ export function startSession(): Session {
     if (room) enterRoom(changed(room, change));
   }
 
-  /** This page may not stay; it comes back when the robot opens, if that is known. */
+  /** Shows why this page may not stay; it reconnects when the robot opens, if that is known. */
   function end(ended: Ended): void {
     roomViewer?.leave();
     state.ended.value = ended;
@@ -355,7 +355,7 @@ export function startSession(): Session {
     const [next] = ended.openings;
     if (!next) return;
     const pauseMs = Math.max(0, next.opens_wall_ms - Date.now()) + Math.random() * OPENING_MS;
-    // `setTimeout` counts to 24 days; nobody leaves the page open for longer.
+    // `setTimeout` takes at most 24 days; nobody leaves the page open for longer.
     setTimeout(
       () => {
         if (state.ended.peek() === ended) actions.comeBack();
@@ -364,7 +364,7 @@ export function startSession(): Session {
     );
   }
 
-  /** Shows the secret of a link that was opened, if it is one, and connects. */
+  /** Redeems the secret of the opened link, if there is one, and connects. */
   async function enter(entry: Entry | null): Promise<void> {
     if (entry) {
       const { isGood, text } = await showEntry(entry);
@@ -376,13 +376,13 @@ export function startSession(): Session {
   }
 
   /**
-   * Gets ready what watches packets; the HTML tells which, which saves a reconnection. Over a thin
-   * link all that a viewer needs comes first, within bounds.
+   * Prepares what watches packets, which the HTML names to save a reconnection. On a thin link,
+   * words and player load before the media, within `LOADED_WITHIN_MS`.
    */
   async function prepare(): Promise<void> {
     const loaded = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
     if (cameOverThin(loaded)) {
-      // Beside sound and picture it would take several times as long.
+      // Loading them beside sound and picture would take several times as long.
       const tag = choose(wishes(state.preferences.peek().language));
       const late = new Promise((resolve) => setTimeout(resolve, LOADED_WITHIN_MS));
       await Promise.race([Promise.all([words.ask(), speak(tag), loadAhead()]), late]);
@@ -417,7 +417,7 @@ export function startSession(): Session {
     if (size) link.sendState({ type: "want", ...wants(), size, policy });
   }
 
-  /** Asks for something of the queue, by whichever way there is. */
+  /** Sends a queue request through the LiveKit viewer if it takes it, otherwise over the link. */
   function ask(type: "join" | "leave" | "here"): void {
     if (!roomViewer?.ask(type)) link.sendState({ type });
   }
@@ -549,12 +549,12 @@ export function startSession(): Session {
     listenTells(state);
     freePicture(window, state, signal);
     keepAwake(needsScreen(state));
-    // A link that is opened where the page is open already does not load it again.
+    // Opening a link to a page that is already open changes only its hash.
     window.addEventListener("hashchange", () => {
       const another = takeEntry(window);
       if (another) void enter(another);
     });
-    // Without it there is no storage either, which a duplicated tab would begin with.
+    // Where there is no channel there is no storage for a duplicated tab to copy either.
     const channel = openStore(openIdentityChannel);
     if (channel) identity.share(channel, () => link.connect());
   }
@@ -582,7 +582,7 @@ export function startSession(): Session {
     cameras.look(performance.now(), document.hidden);
   }, CLOCKS_EVERY_MS);
 
-  // After the first picture and sound, but no later than the server may have something to say.
+  // After the first picture and sound, before the server is likely to have something to say.
   state.link.subscribe(({ is }) => {
     if (is === "connected") setTimeout(() => void words.ask(), MEDIA_WITHIN_MS);
     else if (is === "waiting" || is === "closed") void words.ask();
@@ -597,7 +597,7 @@ export function startSession(): Session {
   picture.play();
   void prepare().then(() => {
     void enter(entry);
-    // In parallel with connecting, where they are not there yet.
+    // In parallel with connecting, unless `prepare` has loaded them.
     listenLanguage(state.preferences, state.isLinkForDriving, say);
   });
 

@@ -2,7 +2,7 @@
 
 import { stamp } from "./stamp";
 
-/** What a browser shows of a video element's present picture, as PNG; null if it cannot say. */
+/** The video element's current picture as PNG; null if the browser cannot encode it. */
 export async function pictureOf(video: HTMLVideoElement): Promise<Blob | null> {
   const canvas = document.createElement("canvas");
   canvas.width = video.videoWidth;
@@ -13,7 +13,7 @@ export async function pictureOf(video: HTMLVideoElement): Promise<Blob | null> {
   return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
 }
 
-/** `marvin-2026-05-04-13-30-00.png`: the robot's name as every file system takes it, and when. */
+/** `marvin-2026-05-04-13-30-00.png`: the robot's name, fit for any file system, and the time. */
 export function photoName(robot: string, at: Date): string {
   const letters = robot
     .normalize("NFKC")

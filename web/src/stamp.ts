@@ -1,4 +1,4 @@
-/** A time in a file's name: it sorts, and every file system takes it. By the reader's clock. */
+/** Local time for a file's name: sortable, and allowed by every file system. */
 export function stamp(at: Date): string {
   const parts = [
     at.getFullYear(),

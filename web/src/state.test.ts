@@ -11,7 +11,7 @@ beforeEach(() => {
   state.link.value = { is: "connected" };
 });
 
-it("drives with the turn's number only while the turn is its own and the link stands", () => {
+it("drives with the turn's number only while the turn is its own and the link is up", () => {
   state.room.value = room({ operator: 1, waiting: [2] });
   expect(state.drivingTurn.value).toBeNull();
   state.room.value = room({ operator: 2, number: 9 });
@@ -20,7 +20,7 @@ it("drives with the turn's number only while the turn is its own and the link st
   expect(state.drivingTurn.value).toBeNull();
 });
 
-it("still drives while no answer comes: whether anything moves is not the page's to say", () => {
+it("still drives while no answer arrives, as only the server knows whether anything moves", () => {
   state.room.value = room({ operator: 2, number: 9 });
   state.link.value = { is: "silent", sinceMs: 0 };
   expect(state.drivingTurn.value).toBe(9);
@@ -34,27 +34,27 @@ it("does not drive when nobody does", () => {
   expect(state.drivingTurn.value).toBeNull();
 });
 
-it("finds itself and the operator in the room", () => {
+it("finds itself and the operator in the room state", () => {
   state.room.value = room({ operator: 1, waiting: [2] });
   expect(state.me.value?.place).toBe(1);
   expect(state.operator.value?.id).toBe(1);
 });
 
-it("counts the seconds that are left on the server's clock", () => {
+it("counts the seconds left on the server's clock", () => {
   state.room.value = room({ operator: 1, endsMs: 60_000 });
   expect(state.secondsLeft.value).toBeNull();
   state.serverMs.value = 17_500;
   expect(state.secondsLeft.value).toBe(43);
 });
 
-it("never shows more than a turn has, nor less than nothing", () => {
+it("never shows more than a turn, nor less than zero", () => {
   expect(secondsUntil(60_050, 0, 60)).toBe(60);
   expect(secondsUntil(1, 0, 60)).toBe(1);
   expect(secondsUntil(0, 0, 60)).toBe(0);
   expect(secondsUntil(0, 5000, 60)).toBe(0);
 });
 
-it("offers the release of a stop to whom the server lets release it", () => {
+it("offers the release of a stop to those who may release it", () => {
   const offers = (by_host: boolean, is_host: boolean, operator: number) => {
     state.hello.value = hello({ viewer: 2, is_host });
     const stop = pressedBy("Eve", { by_host });

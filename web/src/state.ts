@@ -42,7 +42,7 @@ export interface Facts {
   jitterMs: number | null;
   /** How long the sound waits in its player's buffer. */
   bufferMs: number | null;
-  /** The pictures that arrive and that are presented in a second. */
+  /** Pictures that arrive, and that are presented, a second. */
   arrivedFps: number | null;
   fps: number | null;
   pauses: Breaks | null;
@@ -73,17 +73,17 @@ export interface State extends Permissions {
   link: Signal<LinkState>;
   hello: Signal<Hello | null>;
   room: Signal<RoomState | null>;
-  /** Whether this page watches by others than the robot's server; it cannot drive there. */
+  /** Whether this page watches a LiveKit room, where it cannot drive. */
   isInRoom: Signal<boolean>;
-  /** How many watch, where not everybody is named; null where everybody is. */
+  /** How many people watch, where not all are named; null where all are. */
   watching: Signal<number | null>;
-  /** Pages of others on which the robot can be watched while there is no place here. */
+  /** Other sites' pages where the robot can be watched while the server is full. */
   links: Signal<readonly string[]>;
-  /** Why the robot stands, or moves more slowly than commanded, while somebody drives it. */
+  /** Why the robot does not move, or moves more slowly than commanded, while this page drives. */
   driveReason: Signal<Sentence | null>;
-  /** What part of the commanded speed the server lets the robot go: 0 while it holds it. */
+  /** The share of the commanded speed that the server allows: 0 while it holds the robot. */
   driveShare: Signal<number>;
-  /** The newest notice; always a new object, so that the same text shows again. */
+  /** The newest notice; always a new object, so that a repeated text shows again. */
   notice: Signal<{ text: Saying } | null>;
   preferences: Signal<Preferences>;
   /** Whether the sound plays; never before the user has touched Start. */
@@ -94,9 +94,9 @@ export interface State extends Permissions {
   /** The buffer targets, and what is sent; null before the server's first message. */
   playout: Signal<Playout | null>;
   served: Signal<Served | null>;
-  /** The camera that is large, by its number; null while the driving view is. */
+  /** The number of the large camera; null while the driving view is large. */
   large: Signal<number | null>;
-  /** Those that have not shown a new picture for a while. */
+  /** Cameras that have not shown a new picture for a while. */
   staleCameras: Signal<ReadonlySet<number>>;
   /** The device on which the sound plays; null for the browser's own choice. */
   output: Signal<Output | null>;
@@ -107,15 +107,15 @@ export interface State extends Permissions {
   motion: Signal<Motion>;
   /** Whether any control is held, even one that moves nothing. */
   isHolding: Signal<boolean>;
-  /** What is offered to somebody who drives by switches; null for nothing. */
+  /** What is offered to a user who drives by switches; null for nothing. */
   scan: Signal<ScanItem | null>;
   pads: Signal<PadState>;
   axes: Signal<Readonly<Record<string, number>>>;
   /** Which of the robot's controls are held here. */
   heldControls: Signal<ReadonlySet<string>>;
-  /** What this page has set of them and the room does not say yet. */
+  /** Values that this page has set and the room does not show yet. */
   wantedControls: Signal<Readonly<Record<string, number>>>;
-  /** Whether a stop was released while this page drives, and nothing was pressed since. */
+  /** Whether a stop was released while this page drives, and nothing was pressed since then. */
   isFreshlyReleased: Signal<boolean>;
   /** The progress of the proof of the stop; null before the host has asked. */
   proof: Signal<Proof | null>;
@@ -125,17 +125,17 @@ export interface State extends Permissions {
   console: Signal<Console | null>;
   /** The newest invitation that the host has asked for. */
   invitation: Signal<InvitationLink | null>;
-  /** Why the link that opened the page does not work; null if it does, or once it was read. */
+  /** Why the link that opened the page does not work; null if it does, or once dismissed. */
   entryProblem: Signal<Saying | null>;
-  /** What the person aboard asks for, while it is new; always a new object. */
+  /** The newest request of the person aboard, shown for a while; always a new object. */
   request: Signal<{ asked: NonNullable<AboardInfo["asked"]> } | null>;
   /** The panel that is open; null for none. */
   panel: Signal<Panel | null>;
   /** Whether this viewer's turn has ended a moment ago. */
   isTurnJustOver: Signal<boolean>;
-  /** What became of the last call that this page has not answered. */
+  /** What became of this viewer's place after the last missed call. */
   missedCall: Signal<MissedCall>;
-  /** This page's own microphone, as it is used. */
+  /** The state of this page's own microphone. */
   voice: Signal<Voice>;
   /** Both clocks, updated a few times a second, for countdowns. */
   pageMs: Signal<number>;
@@ -151,19 +151,19 @@ export interface State extends Permissions {
   operator: ReadonlySignal<ViewerInfo | null>;
   /** The turn's number while this page drives, else null. */
   drivingTurn: ReadonlySignal<number | null>;
-  /** Whether nothing more may be loaded now. */
+  /** Whether driving needs the whole link, so that nothing more may be loaded. */
   isLinkForDriving: ReadonlySignal<boolean>;
   /** The number of the stop in force, null for none. */
   stopNumber: ReadonlySignal<number | null>;
-  /** Whether this page has pressed Stop, and the server has not said in time that it took it. */
+  /** Whether this page has pressed Stop and the server has not confirmed it in time. */
   isStopUnconfirmed: Signal<boolean>;
   /** Whether the host lets nobody see or hear anything now. */
   isBlanked: ReadonlySignal<boolean>;
-  /** Until when the host's message is shown, by this page's clock to the minute; null for good. */
+  /** When the host's message ends, by this page's clock to the minute; null for no end. */
   messageEndsMs: ReadonlySignal<number | null>;
   /** Whole seconds left of the current turn, null when nobody drives. */
   secondsLeft: ReadonlySignal<number | null>;
-  /** Whole seconds in which this page must say that somebody is there; null if it is not asked. */
+  /** Whole seconds left to answer the call to a turn; null if there is no call. */
   callSecondsLeft: ReadonlySignal<number | null>;
 }
 

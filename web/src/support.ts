@@ -1,4 +1,4 @@
-/** Whether this browser can show the page at all, told by what it has, never by its name. */
+/** Whether this browser can show the page at all, judged by its features, never by its name. */
 
 /**
  * What is missing: WebRTC, for picture and sound; its data channels, to drive by; or parts of
@@ -7,13 +7,13 @@
 export interface Lacks {
   webrtc: boolean;
   channels: boolean;
-  /** Their names, as a developer writes them. */
+  /** The missing parts' names, as a developer writes them. */
   parts: readonly string[];
 }
 
 type Scope = Partial<typeof globalThis>;
 
-/** What each part of a name is looked up in, and where: `Array.prototype.toSorted`. */
+/** What the page relies on, as paths from the global object. */
 const PARTS = [
   "Array.prototype.findLast",
   "Array.prototype.toSorted",
@@ -41,6 +41,6 @@ function isThere(scope: Scope, name: string): boolean {
     if (!(part in found)) return false;
     found = Reflect.get(found, part);
   }
-  // Some browsers keep the name of what is switched off.
+  // Some browsers keep the name of a feature that is switched off.
   return found !== undefined && found !== null;
 }

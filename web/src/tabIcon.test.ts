@@ -6,7 +6,7 @@ beforeEach(() => {
   document.head.innerHTML = '<link rel="icon" href="icon.svg">';
 });
 
-it("shows another icon while somebody is wanted, and then the usual one", () => {
+it("shows another icon while the user is wanted, then the usual one", () => {
   const icon = () => document.querySelector("link")?.getAttribute("href");
   alertTab(document, true);
   expect(icon()).toBe("icon-wanted.svg");

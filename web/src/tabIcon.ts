@@ -1,4 +1,4 @@
-/** The tab's icon: another one while somebody is wanted at this page. */
+/** Changes the tab's icon while the user is wanted at this page. */
 export function alertTab(document: Document, isWanted: boolean): void {
   const icon = document.querySelector<HTMLLinkElement>('link[rel="icon"]');
   const wanted = isWanted ? "icon-wanted.svg" : "icon.svg";

@@ -52,7 +52,7 @@ async function is(now: Parameters<typeof room>[0], leftS: number, called = false
 const settled = () => new Promise((done) => setTimeout(done));
 const waits = { operator: 2, waiting: [1] };
 
-it("tells 15 s before the turn, at the ready check, and when it has begun", async () => {
+it("notifies 15 s before the turn, at the call, and when the turn has begun", async () => {
   await hides(true);
   await is(waits, 16);
   expect(shown).toEqual([]);
@@ -66,7 +66,7 @@ it("tells 15 s before the turn, at the ready check, and when it has begun", asyn
   expect(shown).toEqual(["WAX: You are driving"]);
 });
 
-it("takes it back when the page is looked at, and does not repeat what was seen", async () => {
+it("is withdrawn when the page is shown, and not repeated", async () => {
   await hides(true);
   await is(waits, 15);
   await hides(false);
@@ -76,7 +76,7 @@ it("takes it back when the page is looked at, and does not repeat what was seen"
   expect(shown).toEqual([]);
 });
 
-it("takes it back when it is another one's turn after all", async () => {
+it("is withdrawn when it is somebody else's turn after all", async () => {
   await hides(true);
   await is(waits, 15);
   await is({ operator: 2, waiting: [3, 1] }, 14);
@@ -105,7 +105,7 @@ it.each([
   expect(shown).toEqual([]);
 });
 
-it("tells nothing while the host holds the queue", async () => {
+it("is silent while the host has paused the queue", async () => {
   await hides(true);
   const held = room(waits);
   held.host_settings.held = true;
@@ -115,7 +115,7 @@ it("tells nothing while the host holds the queue", async () => {
   expect(shown).toEqual([]);
 });
 
-it("is not offered where there are no notifications, or the answer was no", () => {
+it("is not offered without notifications, or after a refusal", () => {
   expect(canTell()).toBe(true);
   permission = "denied";
   expect(canTell()).toBe(false);
@@ -124,7 +124,7 @@ it("is not offered where there are no notifications, or the answer was no", () =
   expect(canTell()).toBe(false);
 });
 
-it("has its worker ready once it is allowed, and leaves it where it is not", async () => {
+it("registers its worker once allowed, and not if refused", async () => {
   expect(await askToTell()).toBeNull();
   expect(register).toHaveBeenCalledWith("tell.js");
   register.mockClear();
@@ -136,13 +136,13 @@ it("has its worker ready once it is allowed, and leaves it where it is not", asy
   expect(await askToTell()).toBe("late.failed");
 });
 
-it("blames the certificate, and no setting, where the browser takes no worker for it", async () => {
+it("blames the certificate, not a setting, if the browser refuses the worker because of it", async () => {
   const why = "Failed to register a ServiceWorker: An SSL certificate error occurred.";
   register.mockRejectedValueOnce(new DOMException(why, "SecurityError"));
   expect(await askToTell()).toBe("face.tell_certificate");
 });
 
-it("tells of none, and lets you try again, where no worker is ever ready", async () => {
+it("fails with a retry if the worker is never ready", async () => {
   vi.useFakeTimers();
   vi.stubGlobal("navigator", { serviceWorker: { register, ready: new Promise(() => {}) } });
   const asked = askToTell();
@@ -150,7 +150,7 @@ it("tells of none, and lets you try again, where no worker is ever ready", async
   expect(await asked).toBe("late.failed");
 });
 
-it("brings the page to the front when it is pressed", async () => {
+it("brings the page to the front when clicked", async () => {
   const focus = vi.fn();
   const close = vi.fn();
   let pressed = (_: object) => {};

@@ -1,27 +1,27 @@
-/** The browser's own notification for who waits in a tab that nobody looks at. */
+/** The browser's own notification for a user who waits in a hidden tab. */
 
 import { computed } from "@preact/signals";
 import type { State } from "./state";
 import { robotName } from "./view/robotName";
 import { t } from "./words/words";
 
-/** So long before the turn, as long as everybody before keeps theirs to the end. */
+/** How long before the turn, if everybody ahead uses their full turn. */
 const SOON_S = 15;
 const TAG = "turn";
 const READY_MS = 10_000;
 
 type News = "soon" | "called" | "driving" | null;
 
-/** Whether this browser has notifications, and was not told to show none of this page. */
+/** Whether this browser has notifications and has not denied them to this page. */
 export function canTell(): boolean {
   const has = "Notification" in window && "serviceWorker" in navigator;
   return has && Notification.permission !== "denied";
 }
 
-/** Why this browser tells of no turn, and what to do about it. */
+/** Why this browser shows no notification, and what to do about it. */
 export type NotTold = "face.tell_refused" | "face.tell_certificate" | "late.failed";
 
-/** Asks for permission, which a browser lets a page do after a press only; null if it tells now. */
+/** Asks for permission, which browsers allow only after a press; null on success. */
 export async function askToTell(): Promise<NotTold | null> {
   if ((await Notification.requestPermission()) !== "granted") return "face.tell_refused";
   // Phones show notifications only through a worker; relative, as the page may be below a path.
@@ -33,13 +33,13 @@ export async function askToTell(): Promise<NotTold | null> {
     await Promise.race([ready, late]);
     return null;
   } catch (error) {
-    // No worker comes from where people clicked through the browser's warning of the certificate.
+    // Browsers load no worker over a certificate that the user has merely clicked through.
     const isUntrusted = (error as Partial<Error> | null)?.name === "SecurityError";
     return isUntrusted ? "face.tell_certificate" : "late.failed";
   }
 }
 
-/** Tells each news once while the page is hidden, and takes it back when it is over or seen. */
+/** Shows each notification once while the page is hidden; withdraws it when it is over or seen. */
 export function listenTells(state: State): void {
   const news = computed(() => newsOf(state));
   let told: News = null;
@@ -77,7 +77,7 @@ function wordsOf(news: News, { secondsLeft }: State): string | null {
   }
 }
 
-/** Shows these words instead of those before, or nothing. */
+/** Replaces the notification before with these words; null removes it. */
 async function show(title: string, words: string | null): Promise<void> {
   const worker = await navigator.serviceWorker.getRegistration();
   for (const old of (await worker?.getNotifications({ tag: TAG })) ?? []) old.close();

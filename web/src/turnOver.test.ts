@@ -16,7 +16,7 @@ beforeEach(() => {
   listenTurnOver(state);
 });
 
-it("thanks whose turn has ended, for a while", () => {
+it("thanks for a while after a turn has ended", () => {
   turn.value = 4;
   expect(state.isTurnJustOver.value).toBe(false);
   turn.value = null;
@@ -25,7 +25,7 @@ it("thanks whose turn has ended, for a while", () => {
   expect(state.isTurnJustOver.value).toBe(false);
 });
 
-it("thanks nobody whose connection ended, and not while they drive again", () => {
+it("does not thank after a lost connection, or while the user drives again", () => {
   turn.value = 4;
   isConnected.value = false;
   turn.value = null;

@@ -1,11 +1,10 @@
-/** How long the page thanks whoever has driven, and when; what it says then: `view/face.ts`. */
+/** When, and how long, the page thanks a user for driving; what it says: `view/face.ts`. */
 
 import type { State } from "./state";
 
-/** How long the page thanks whoever has driven. */
 const THANKS_MS = 12_000;
 
-/** Says for a moment that this viewer's turn is over; not where the connection ended it. */
+/** Shows for a while that this viewer's turn is over, unless a lost connection ended it. */
 export function listenTurnOver(state: State): void {
   let driven: number | null = null;
   let timer: ReturnType<typeof setTimeout> | undefined;

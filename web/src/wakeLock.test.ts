@@ -47,7 +47,7 @@ function begin(): void {
   end = keepAwake(isNeeded, { document: page as unknown as Document, wakeLock: { request } });
 }
 
-it("holds the screen while it is needed, and no longer", async () => {
+it("holds the lock only while it is needed", async () => {
   begin();
   await settled();
   expect(request).not.toHaveBeenCalled();
@@ -59,7 +59,7 @@ it("holds the screen while it is needed, and no longer", async () => {
   expect(held()).toBe(0);
 });
 
-it("asks again once the page is shown again", async () => {
+it("requests it again once the page is shown again", async () => {
   begin();
   isNeeded.value = true;
   await settled();
@@ -71,7 +71,7 @@ it("asks again once the page is shown again", async () => {
   expect([held(), locks.length]).toEqual([1, 2]);
 });
 
-it("asks again after the browser took it, when the page is shown the next time", async () => {
+it("requests it again after the browser released it, when the page is next shown", async () => {
   begin();
   isNeeded.value = true;
   await settled();
@@ -81,7 +81,7 @@ it("asks again after the browser took it, when the page is shown the next time",
   expect(held()).toBe(1);
 });
 
-it("says nothing where it is refused, and asks the next time", async () => {
+it("is silent about a refusal, and requests it the next time", async () => {
   request.mockRejectedValueOnce(new DOMException("low battery", "NotAllowedError"));
   begin();
   isNeeded.value = true;
@@ -92,7 +92,7 @@ it("says nothing where it is refused, and asks the next time", async () => {
   expect(held()).toBe(1);
 });
 
-it("does not keep what comes too late", async () => {
+it("releases a lock that arrives too late", async () => {
   begin();
   isNeeded.value = true;
   isNeeded.value = false;
@@ -100,7 +100,7 @@ it("does not keep what comes too late", async () => {
   expect(held()).toBe(0);
 });
 
-it("lets go at the end, and lives without it", async () => {
+it("releases at the end, and works without the API", async () => {
   begin();
   isNeeded.value = true;
   await settled();
@@ -110,7 +110,7 @@ it("lets go at the end, and lives without it", async () => {
   keepAwake(isNeeded, { document: page as unknown as Document, wakeLock: undefined })();
 });
 
-it("is needed by who drives, waits or watches, not by who only hears", () => {
+it("is needed to drive, wait or watch, not to listen only", () => {
   const state = createState(loadPreferences(null));
   const needs = needsScreen(state);
   state.hello.value = hello({ viewer: 1 });

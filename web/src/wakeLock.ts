@@ -1,4 +1,4 @@
-/** Keeps the screen on while somebody drives, waits or watches, where the browser lets a page. */
+/** Keeps the screen on while the user drives, waits or watches, where the browser allows it. */
 
 import { computed, effect, type ReadonlySignal } from "@preact/signals";
 import type { State } from "./state";
@@ -12,7 +12,7 @@ function ownScreen(): Screen {
   return { document, wakeLock: navigator.wakeLock };
 }
 
-/** Whether somebody needs to see: who drives or waits, and who has a picture. */
+/** Whether the user needs the screen: they drive, wait, or have a picture. */
 export function needsScreen(state: State): ReadonlySignal<boolean> {
   return computed(() => {
     if (!state.isConnected.value || state.ended.value) return false;
@@ -23,9 +23,9 @@ export function needsScreen(state: State): ReadonlySignal<boolean> {
 }
 
 /**
- * Holds a lock while `isNeeded`, and again after the browser has taken it, as it does when the page
- * is hidden. Where there is none, or the browser refuses (on low battery), nothing is said: the
- * screen then sleeps as it always does. Returns a function that ends it.
+ * Holds a wake lock while `isNeeded`, and takes it again after the browser released it, as it does
+ * when the page is hidden. Without the API, or where the browser refuses (on low battery), the
+ * screen silently sleeps as usual. Returns a function that ends it.
  */
 export function keepAwake(isNeeded: ReadonlySignal<boolean>, screen = ownScreen()): () => void {
   const { document, wakeLock } = screen;
@@ -44,7 +44,7 @@ export function keepAwake(isNeeded: ReadonlySignal<boolean>, screen = ownScreen(
           if (held === given) held = null;
         });
       } catch {
-        // Refused; asked again when the page is shown the next time.
+        // Refused; requested again when the page is next shown.
         return;
       } finally {
         isAsking = false;

@@ -54,7 +54,7 @@ export function BigScreen({ session }: { session: Session }) {
   );
 }
 
-/** Why what is seen is not the robot now. */
+/** Why the picture is not live. */
 function Problem() {
   return (
     <p class="big-screen-problem" role="status">
@@ -111,7 +111,7 @@ function Join() {
   );
 }
 
-/** Off unless the address asks for it; and then as soon as the browser allows. */
+/** Plays the sound if the address asks for it, as soon as the browser allows. */
 function Sound() {
   const session = useSession();
   const { player } = useState();
@@ -132,7 +132,7 @@ function Sound() {
       },
       { signal },
     );
-    // Where the browser refused, it needs a touch.
+    // Where the browser refuses, a touch is needed.
     for (const sign of ["pointerdown", "keydown"]) {
       window.addEventListener(
         sign,

@@ -6,7 +6,7 @@ import { t } from "../words/words";
 /** The margin that a reader needs (ISO/IEC 18004), in modules. */
 const QUIET = 4;
 
-/** An address as a QR code: black on white in every theme, since readers want it so. */
+/** An address as a QR code: black on white in every theme, since readers need that. */
 export function QrCode({ address }: { address: string }) {
   const code = useMemo(() => generate(address), [address]);
   const size = code.size + 2 * QUIET;

@@ -40,7 +40,7 @@ function show(options: Parameters<typeof room>[0]): void {
   });
 }
 
-it("tells who drives and for how long, who is next, and how many watch", () => {
+it("shows who drives and for how long, who is next, and how many watch", () => {
   open();
   show({ operator: 1, waiting: [2, 3], watching: [4, 9], endsMs: 60_000 });
   expect(getByText(body, "Ada is driving")).toBeTruthy();
@@ -55,7 +55,7 @@ it("tells who drives and for how long, who is next, and how many watch", () => {
   expect(getByText(body, "Stopped by Cleo")).toBeTruthy();
 });
 
-it("shows how to join by a code with the page's own address", () => {
+it("shows a QR code with the page's own address", () => {
   open();
   const address = "https://robot.example.org/";
   const code = getByRole(body, "img", { name: `QR code with the address ${address}` });
@@ -65,14 +65,14 @@ it("shows how to join by a code with the page's own address", () => {
   expect(getByText(body, "Scan to drive")).toBeTruthy();
 });
 
-it("says so where no phone could open its address", () => {
+it("says so if no phone could open its address", () => {
   at("http://localhost:8080/?view=big-screen");
   open();
   expect(queryByRole(body, "img")).toBeNull();
   expect(getByText(body, /works on this computer only/)).toBeTruthy();
 });
 
-it("says why what is seen is not the robot now", () => {
+it("says why the picture is not live", () => {
   open();
   const problem = () => getByRole(body, "status").textContent;
   expect(problem()).toBe("");
@@ -102,7 +102,7 @@ it("hides its pointer and Stop until somebody moves, and again 3 s later", () =>
   expect(isIdle()).toBe(true);
 });
 
-it("says what became of a Stop that was pressed here", () => {
+it("shows the fate of a Stop that was pressed here", () => {
   open();
   act(() => {
     session.state.isStopUnconfirmed.value = true;
@@ -120,7 +120,7 @@ it("has no control but Stop", () => {
   ]);
 });
 
-it("has no sound unless the address asks for it, and then asks for a touch where it must", () => {
+it("has sound only if the address asks for it, after a touch if the browser demands one", () => {
   open();
   expect(session.actions.setSound).not.toHaveBeenCalled();
   undraw();
@@ -136,7 +136,7 @@ it("has no sound unless the address asks for it, and then asks for a touch where
   expect(session.actions.setSound).toHaveBeenCalledTimes(2);
 });
 
-it("watches only: it gives back a place that was kept for somebody", () => {
+it("only watches: gives back a place that was kept for the user", () => {
   const end = tend(session, { reload: vi.fn() });
   session.state.room.value = room({ watching: [9] });
   expect(session.actions.leave).not.toHaveBeenCalled();
@@ -145,14 +145,14 @@ it("watches only: it gives back a place that was kept for somebody", () => {
   end();
 });
 
-it("has a picture whatever was chosen in this browser before", () => {
+it("shows the picture whatever was chosen in this browser before", () => {
   session.state.preferences.value = { ...session.state.preferences.peek(), picture: false };
   const end = tend(session, { reload: vi.fn() });
   expect(session.actions.setPicture).toHaveBeenCalledWith(true);
   end();
 });
 
-it("comes back after it was sent away, again and again", () => {
+it("reconnects whenever it was sent away", () => {
   const end = tend(session, { reload: vi.fn() });
   for (let i = 1; i <= 3; i++) {
     session.state.ended.value = { type: "ended", text: says("Full."), openings: [] };
@@ -165,7 +165,7 @@ it("comes back after it was sent away, again and again", () => {
   end();
 });
 
-it("follows the server to another version", () => {
+it("reloads when the server has another version", () => {
   const reload = vi.fn();
   const end = tend(session, { reload });
   session.state.hello.value = hello({ version: "0.0.0" });
@@ -176,7 +176,7 @@ it("follows the server to another version", () => {
   end();
 });
 
-it("is opened by its address, and tries again where it could not be loaded", async () => {
+it("opens by its address, and retries if it could not be loaded", async () => {
   const asked = ["?view=big-screen&sound=on", "?view=stage", "?view=embed", "?view=x", ""];
   expect(asked.map((one) => viewOf(one) !== null)).toEqual([true, true, false, false, false]);
   const reload = vi.fn();

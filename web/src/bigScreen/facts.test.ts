@@ -2,7 +2,7 @@ import { expect, it } from "vitest";
 import { room, viewer } from "../testing/messages";
 import { clockWords, isOnlyHere, joinAddress, wantsSound, watchers } from "./facts";
 
-it("counts who watches and waits, but neither who drives nor the screen itself", () => {
+it("counts observers and the queue, but neither the operator nor the screen itself", () => {
   const now = room({ operator: 1, waiting: [2], watching: [3, 4] });
   expect(watchers(now, 4, null)).toBe(2);
   const lost = { ...now, viewers: [...now.viewers, viewer(5, { lost: true })] };
@@ -10,11 +10,11 @@ it("counts who watches and waits, but neither who drives nor the screen itself",
   expect(watchers(now, 4, 1200)).toBe(1200);
 });
 
-it("writes what is left as a clock", () => {
+it("writes the time left as a clock", () => {
   expect([0, 7, 60, 95].map(clockWords)).toEqual(["0:00", "0:07", "1:00", "1:35"]);
 });
 
-it("sends people to the page, not to the screen's view of it", () => {
+it("sends people to the page, not to the big screen's view", () => {
   const at = new URL("https://robot.example.org/here/?view=big-screen&sound=on#x");
   expect(joinAddress(at)).toBe("https://robot.example.org/here/");
 });
@@ -31,7 +31,7 @@ it.each([
   expect(isOnlyHere(hostname)).toBe(isOnly);
 });
 
-it("has sound only where the address asks for it", () => {
+it("has sound only if the address asks for it", () => {
   expect(wantsSound("?view=big-screen")).toBe(false);
   expect(wantsSound("?view=big-screen&sound=on")).toBe(true);
 });

@@ -1,8 +1,8 @@
-/** What a screen in a hall tells of the room, and of where it was opened. Pure. */
+/** What a big screen shows of the room, and what its address says. Pure. */
 
 import type { RoomState } from "../messages";
 
-/** How many watch, beside whoever drives and this screen itself; `told` where not all are named. */
+/** How many watch, without the operator and this screen; `told` if not all are named. */
 export function watchers(room: RoomState, me: number | undefined, told: number | null): number {
   if (told !== null) return told;
   const others = room.viewers.filter((one) => one.role !== "operator" && one.id !== me);
@@ -14,12 +14,12 @@ export function clockWords(seconds: number): string {
   return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
 }
 
-/** Where people join: this page without what makes it a screen's. */
+/** Where people join: this page's address without the view. */
 export function joinAddress({ origin, pathname }: Pick<Location, "origin" | "pathname">): string {
   return origin + pathname;
 }
 
-/** Whether no other device can open this address. */
+/** Whether only this machine can open this address. */
 export function isOnlyHere(hostname: string): boolean {
   return /^(localhost|127\.\d+\.\d+\.\d+|\[::1\])$/.test(hostname) || /\.localhost$/.test(hostname);
 }

@@ -3,7 +3,7 @@ import { type ReadonlySignal, signal } from "@preact/signals";
 const IDLE_MS = 3000;
 const SIGNS = ["pointermove", "pointerdown", "keydown"] as const;
 
-/** Whether nobody has touched anything for 3 s; and what ends the looking. */
+/** Whether nobody has touched anything for 3 s; `end` stops watching. */
 export function watchIdle(target: EventTarget): { isIdle: ReadonlySignal<boolean>; end(): void } {
   const isIdle = signal(true);
   const watching = new AbortController();

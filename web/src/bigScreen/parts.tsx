@@ -1,4 +1,4 @@
-/** What a screen in a hall and a frame on another site both show. */
+/** What a big screen and a frame on another site both show. */
 
 import { useEffect, useRef } from "preact/hooks";
 import type { State } from "../state";
@@ -24,7 +24,7 @@ export function Picture() {
   return <video ref={video} class={kinds.join(" ")} muted autoplay playsinline />;
 }
 
-/** Why what is seen is not the robot now; null where it is. */
+/** Why the picture is not live; null if it is. */
 export function problemOf(state: State): string | null {
   const { link, isConnected, isSilent, ended, isBlanked, room } = state;
   if (ended.value) return said(ended.value.text);

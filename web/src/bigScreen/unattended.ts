@@ -1,9 +1,9 @@
-/** Keeps a screen or a frame going for weeks: it comes back, and reloads at another version. */
+/** Keeps a big screen or a frame running for weeks: reconnects, and reloads for a new version. */
 
 import { effect } from "@preact/signals";
 import type { Session } from "../actions";
 
-/** After the server has sent it away without saying until when. */
+/** The pause after the server has sent the page away without saying until when. */
 const COMES_BACK_MS = 60_000;
 
 interface Page {
@@ -12,14 +12,14 @@ interface Page {
 }
 
 /**
- * The screen watches only, with a picture, whatever was chosen in this browser before; it comes back
- * after it was sent away, and follows the server to another version. Returns what ends it.
+ * Makes the page only watch, with a picture, whatever was chosen in this browser before; reconnects
+ * after it was sent away, and reloads when the server has another version. Returns what ends this.
  */
 export function tend({ state, actions }: Session, page: Page = window.location): () => void {
   let version: string | null = null;
   const ends = [
     effect(() => {
-      // Somebody drove here before, and a place was kept for their return.
+      // A turn or place may have been kept for a user who drove in this browser.
       const role = state.me.value?.role;
       if (role === "operator" || role === "queued") actions.leave();
     }),

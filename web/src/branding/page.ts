@@ -1,11 +1,11 @@
-/** What is the host's own, also before the server has greeted this page. */
+/** The host's branding, available even before the server's hello. */
 
 import type { PageInfo } from "../messages";
 import type { State } from "../state";
 import { robotName } from "../view/robotName";
 import { t } from "../words/words";
 
-/** The host's words; the sentence is one of ours where they have written none. */
+/** The host's texts; where they wrote no sentence, one of ours. */
 export function brandedPage(state: State): PageInfo {
   const told = state.hello.value?.page;
   const { sentence = "" } = document.documentElement.dataset;
@@ -27,7 +27,7 @@ export function welcomeWords(state: State): string[] {
   ];
 }
 
-/** Of a turn that lasts for hours the length does not matter. */
+/** How to drive, without the length of a turn that lasts for hours. */
 function drivingWords(turnS: number): string {
   if (turnS > 3600) return t("welcome.how_to_drive_free");
   const isWhole = turnS >= 120 && turnS % 60 === 0;

@@ -1,10 +1,10 @@
-/** When somebody is new here: until they have driven, or have read how. */
+/** When a user is new here: until they have driven, or have read how to. */
 
 import { effect } from "@preact/signals";
 import type { Preferences } from "../preferences";
 import type { State } from "../state";
 
-/** Greets nobody again who has driven; `keep` remembers it on this device. */
+/** Ends the welcome once the user has driven; `keep` stores that on this device. */
 export function listenFirstDrive(
   state: State,
   keep: (change: Partial<Preferences>) => void,

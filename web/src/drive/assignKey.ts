@@ -1,4 +1,4 @@
-/** Changes which key does what, as far as it may be changed. Pure. */
+/** Changes which key does what, within the rules for keys. Pure. */
 
 import {
   ALWAYS_STOP,
@@ -9,13 +9,13 @@ import {
   MOST_PER_ACTION,
 } from "./keyMap";
 
-/** Why a key cannot be had; `by` is the action that has it. */
+/** Why a key cannot be assigned; `by` is the action that has it. */
 export type Refusal =
   | { why: "reserved" | "too_many" | "always_stops" }
   | { why: "taken"; by: KeyAction };
 export type Assigned = { keys: KeyMap } | Refusal;
 
-/** Gives an action one more key, or says why not. */
+/** Adds a key to an action, or says why that is refused. */
 export function assign(keys: KeyMap, action: KeyAction, key: string): Assigned {
   if (!isUsable(key)) return { why: "reserved" };
   const by = actionOf(keys, key);

@@ -20,7 +20,7 @@ let sent: Drive[];
 let controller: DriveController;
 let listening: AbortController;
 
-/** A page that drives in turn 7 and has let go of everything. */
+/** A page that drives in turn 7 with everything released. */
 beforeEach(() => {
   vi.useFakeTimers();
   sent = [];
@@ -50,21 +50,21 @@ function drives(number: number, stop: RoomState["stop"] = null): void {
   state.room.value = room({ operator: 1, number, stop });
 }
 
-/** What went out meanwhile: whether anything was held, and the axes that were named. */
+/** What was sent meanwhile: whether anything was held, and which axes were named. */
 function said(during: () => void): Word[] {
   const before = sent.length;
   during();
   return sent.slice(before).map(({ held, axes }) => ({ held, axes }));
 }
 
-/** In the next second, in which 20 set-points are sent even with nothing held. */
+/** The next second, in which 20 set-points are sent even with nothing held. */
 function inTheNextSecond(): Word[] {
   const words = said(() => vi.advanceTimersByTime(1000));
   expect(words.length).toBeGreaterThanOrEqual(20);
   return words;
 }
 
-it("holds an axis while its slider changes and a moment longer, and says so at once", () => {
+it("holds an axis while its slider changes and a moment longer, and sends that at once", () => {
   const pan = (to: number) => ({ held: true, axes: { pan: to } });
   expect(said(() => controller.setAxis("pan", 0.5))).toEqual([pan(0.5)]);
   expect(sent.at(-1)).toMatchObject({ linear: 0, angular: 0 });
@@ -77,19 +77,19 @@ it("holds an axis while its slider changes and a moment longer, and says so at o
   expect(state.axes.value).toEqual({ pan: 0.6 });
 });
 
-it("says of two axes only the one that is touched", () => {
+it("sends only the touched axis of two", () => {
   controller.setAxis("pan", 0.5);
   vi.advanceTimersByTime(1000);
   expect(said(() => controller.setAxis("tilt", -1))).toEqual([{ held: true, axes: { tilt: -1 } }]);
 });
 
-it("names no axis for input that only drive", () => {
+it("names no axis for input that only drives", () => {
   controller.setAxis("pan", 0.5);
   vi.advanceTimersByTime(1000);
   expect(said(() => controller.input.press("a", "forward"))).toEqual([{ held: true, axes: {} }]);
 });
 
-it("says nothing of a slider that was moved during a stop, neither then nor after", () => {
+it("sends nothing of a slider moved during a stop, neither then nor later", () => {
   drives(7, STOP);
   const words = said(() => {
     controller.setAxis("pan", 0.5);

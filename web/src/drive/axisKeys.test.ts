@@ -21,7 +21,7 @@ beforeEach(() => {
   });
 });
 
-it("moves an axis at once and steadily while its key is held, and holds the dead-man", () => {
+it("moves an axis at once and steadily while its key is held, as a dead-man switch", () => {
   axisKeys.begin("key", "pan", 1);
   expect(positions.pan).toBeCloseTo(0.05, 10);
   vi.advanceTimersByTime(450);
@@ -33,14 +33,14 @@ it("moves an axis at once and steadily while its key is held, and holds the dead
   expect(input.isHolding).toBe(false);
 });
 
-it("goes no further than the ends", () => {
+it("stops at the ends", () => {
   axisKeys.begin("a", "pan", 1);
   axisKeys.begin("b", "tilt", -1);
   vi.advanceTimersByTime(5000);
   expect(positions).toEqual({ pan: 1, tilt: -1 });
 });
 
-it("ends with whatever releases the key", () => {
+it("ends however the key is released", () => {
   axisKeys.begin("key", "pan", 1);
   input.releaseAll();
   vi.advanceTimersByTime(1000);
@@ -48,7 +48,7 @@ it("ends with whatever releases the key", () => {
   expect(vi.getTimerCount()).toBe(0);
 });
 
-it("moves nothing while nothing may be held", () => {
+it("moves nothing while nothing can be held", () => {
   input.disable();
   axisKeys.begin("key", "pan", 1);
   vi.advanceTimersByTime(1000);

@@ -25,7 +25,7 @@ export function keyedAxes(axes: readonly string[]): (string | undefined)[] {
 export class AxisKeys {
   constructor(private readonly options: AxisKeysOptions) {}
 
-  /** The first move is at once, so that a short press is a small one. */
+  /** Starts moving, with the first step at once: a short press makes a small move. */
   begin(holder: string, axis: string, sign: 1 | -1): void {
     const { input, position, setAxis } = this.options;
     input.press(holder, null);
@@ -36,7 +36,7 @@ export class AxisKeys {
       return true;
     };
     if (!move()) return;
-    // Whatever releases the holder ends this.
+    // The repetition ends as soon as anything has released the holder.
     const timer = setInterval(() => {
       if (!move()) clearInterval(timer);
     }, EVERY_MS);

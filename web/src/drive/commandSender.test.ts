@@ -20,7 +20,7 @@ let serverMs: number | null;
 let controls: Controls;
 let waitingBytes: number;
 let linkBps: number;
-/** What is said waits until the end of the task, as in a browser. */
+/** Messages stay buffered until the end of the task, as in a browser. */
 let saidBytes: number;
 const hung = vi.fn();
 let sender: CommandSender;
@@ -51,14 +51,14 @@ beforeEach(() => {
   });
 });
 
-/** How many set-points go out in this time. */
+/** How many set-points are sent in this time. */
 function sentIn(ms: number): number {
   const before = sent.length;
   vi.advanceTimersByTime(ms);
   return sent.length - before;
 }
 
-it("sends nothing until a turn begins and nothing after it ended", () => {
+it("sends nothing before a turn begins and after it has ended", () => {
   sender.send();
   sender.repeat();
   expect(sentIn(1000)).toBe(0);
@@ -88,13 +88,13 @@ it("sends a complete set-point at once when a turn begins", () => {
   ]);
 });
 
-it("sends at the rate that was asked for while something is held", () => {
+it("sends at the requested rate while something is held", () => {
   controls = HOLDING;
   sender.begin(7, 50);
   expect(sentIn(2000)).toBe(100);
 });
 
-it("sends less often while nothing is held over a thin link", () => {
+it("sends less often over a thin link while nothing is held", () => {
   linkBps = 33_600;
   sender.begin(7, 50);
   vi.advanceTimersByTime(600);
@@ -110,14 +110,14 @@ it("sends 20 times a second while nothing is held, and is at full rate from the 
   expect(sentIn(200)).toBe(10);
 });
 
-it("takes what it has just said several times for no backlog", () => {
+it("does not count its own repeated messages as a backlog", () => {
   controls = HOLDING;
   sender.begin(7, 50);
   sender.repeatAtOnce();
   expect(sentIn(2000)).toBeGreaterThanOrEqual(100);
 });
 
-it("says nothing of what was held before the page hung, not even once", () => {
+it("never sends what was held before the page hung", () => {
   const clock = vi.spyOn(performance, "now");
   let nowMs = 0;
   clock.mockImplementation(() => nowMs);
@@ -146,7 +146,7 @@ it("sends 20 times a second as soon as set-points wait to be sent", () => {
   expect(sentIn(1000)).toBe(20);
 });
 
-it("numbers its commands strictly rising, over turns too", () => {
+it("numbers its commands in strictly ascending order, across turns too", () => {
   sender.begin(7, 25);
   vi.advanceTimersByTime(100);
   sender.repeat();
@@ -173,7 +173,7 @@ it("waits until the clocks are aligned", () => {
   expect(sent).toHaveLength(1);
 });
 
-it("says a release three times within 100 ms, past whatever waits", () => {
+it("sends a release three times within 100 ms, ahead of any backlog", () => {
   sender.begin(7, 20);
   sent = [];
   sender.repeat();
@@ -182,14 +182,14 @@ it("says a release three times within 100 ms, past whatever waits", () => {
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(3);
 });
 
-it("says it three times before the task ends where the page may not run again", () => {
+it("sends it three times before the task ends if the page may not run again", () => {
   sender.begin(7, 20);
   sent = [];
   sender.repeatAtOnce();
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(3);
 });
 
-it("sends a stick that is moved at once, and one that keeps moving with the set-points", () => {
+it("sends the first move of a stick at once, and further ones with the set-points", () => {
   controls = HOLDING;
   sender.begin(7, 50);
   vi.advanceTimersByTime(1007);

@@ -18,12 +18,12 @@ export interface CommandSenderOptions {
   controls: () => Controls;
   /** The time on the server's clock, null while the clocks are not aligned. */
   serverMs: () => number | null;
-  /** The newest beat heard from the server, null before the first. */
+  /** The newest beat received from the server, null before the first. */
   beat: () => string | null;
   /** The capture time of the newest picture on screen, null if unknown. */
   seenServerMs: () => number | null;
   uplink: () => Uplink;
-  /** Called before sending when the page hung and has yet to process the input of that time. */
+  /** Called before sending if the page hung and has yet to process the input of that time. */
   hung: () => void;
   send: (drive: Drive, urgent: boolean) => void;
 }
@@ -32,8 +32,8 @@ export interface CommandSenderOptions {
 const AGAIN_AFTER_MS = [45, 90] as const;
 const REST_AFTER_MS = 500;
 /**
- * A stick that moves is reported at once no more often than this, and with the next set-point
- * otherwise: together with those they stay below what the server takes from a page.
+ * A moving stick is sent at once no more often than this, and otherwise with the next set-point:
+ * together they stay below the server's rate limit for a page.
  */
 const DEFLECTED_EVERY_MS = 125;
 /** A timer this late means that the page hung or the computer slept. */
@@ -42,10 +42,9 @@ const HUNG_MS = 500;
 /**
  * Sends complete set-points while this page drives, and nothing otherwise.
  *
- * Its timer runs on the main thread on purpose. A worker's would keep running while the page is
- * frozen, and keep sending that a control is held after it was released: a page that hangs must fall
- * silent. Browsers do not throttle timers of a page in the foreground; in the background nothing is
- * held.
+ * The timer runs on the main thread on purpose. In a worker it would keep running while the page
+ * hangs, and keep sending that a control is held after its release: a page that hangs must fall
+ * silent. Browsers do not throttle timers of a foreground page; in the background nothing is held.
  */
 export class CommandSender {
   #seq = 0;
@@ -60,7 +59,7 @@ export class CommandSender {
 
   constructor(private readonly options: CommandSenderOptions) {}
 
-  /** Sends for this turn from now on, at up to `maxHz`; changes are sent in addition. */
+  /** Starts sending for this turn, at up to `maxHz`; changes are sent in addition. */
   begin(turn: number, maxHz: number): void {
     this.end();
     this.#turn = turn;
@@ -86,7 +85,7 @@ export class CommandSender {
     this.#timer = setTimeout(() => this.#tick(), everyMs);
   }
 
-  /** Handles a stick that was moved: the set-point goes out at once, or when the next is due. */
+  /** Handles a stick that was moved: sends the set-point at once, or with the next one due. */
   deflected(): void {
     const nowMs = performance.now();
     if (nowMs - this.#deflectedMs < DEFLECTED_EVERY_MS) return;
@@ -101,7 +100,7 @@ export class CommandSender {
     this.#repeats = AGAIN_AFTER_MS.map((ms) => setTimeout(() => this.send(true), ms));
   }
 
-  /** Sends it three times at once: the browser may let the page do nothing after this. */
+  /** Sends the state three times at once: the browser may not let the page run again. */
   repeatAtOnce(): void {
     for (const _ of AGAIN_AFTER_MS) this.send(true);
     this.repeat();
@@ -128,7 +127,7 @@ export class CommandSender {
     );
   }
 
-  /** Reads the backlog before sending, so that its own message does not count. */
+  /** Reads the backlog before sending, so that this message does not count. */
   #tick(): void {
     const nowMs = performance.now();
     if (nowMs - this.#dueMs > HUNG_MS) this.options.hung();

@@ -14,7 +14,7 @@ export interface ControlKeysOptions {
   signal: AbortSignal;
 }
 
-/** Presses buttons and toggles by the keys that the host gave them, as far as the user's own do not. */
+/** Presses buttons and toggles by the host's keys, except keys that the user has assigned. */
 export function listenControlKeys(target: EventTarget, options: ControlKeysOptions): void {
   const { operating, controls, keys, signal } = options;
   const down = new KeysDown((holder) => void operating.release(holder));
@@ -32,7 +32,7 @@ export function listenControlKeys(target: EventTarget, options: ControlKeysOptio
   target.addEventListener("blur", () => down.clear(), { signal });
 }
 
-/** Returns the control that this key presses; a key that the user has given something does that. */
+/** Returns the control that this key presses; none if the user has assigned the key. */
 export function controlOf(
   controls: readonly ControlInfo[],
   keys: KeyMap,

@@ -21,7 +21,7 @@ it("is gentler near the middle the larger the curve", () => {
   expect(shapedAxis(1, { deadZone: 0.2, curve: 3 })).toBe(1);
 });
 
-it("keeps the direction of a stick, and cuts the corners of a square one", () => {
+it("keeps a stick's direction, and cuts the corners of a square one", () => {
   const { x, y } = shaped({ x: 0.3, y: -0.4 }, EVEN);
   expect(y / x).toBeCloseTo(-4 / 3, 10);
   expect(Math.hypot(x, y)).toBeCloseTo(0.375, 10);
@@ -29,7 +29,7 @@ it("keeps the direction of a stick, and cuts the corners of a square one", () =>
   expect(Math.hypot(corner.x, corner.y)).toBeCloseTo(1, 10);
 });
 
-it("takes a stick in its middle, or one that says no number, for let go", () => {
+it("counts a centred stick, or NaN, as released", () => {
   expect(shaped({ x: 0.1, y: -0.1 }, EVEN)).toEqual({ x: 0, y: 0 });
   expect(shaped({ x: Number.NaN, y: 1 }, EVEN)).toEqual({ x: 0, y: 0 });
 });

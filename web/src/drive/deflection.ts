@@ -1,25 +1,25 @@
-/** The dead zone and the curve of a stick or gamepad: nothing in the middle, then ever more. */
+/** The dead zone and the response curve of a stick or gamepad. */
 export interface Response {
-  /** The share of the way, from 0, in which the stick counts as let go. */
+  /** The share of the travel, from 0, in which the stick counts as released. */
   deadZone: number;
-  /** The exponent: 1 answers evenly, more is gentler near the middle. */
+  /** The exponent: 1 is linear, more is gentler near the middle. */
   curve: number;
 }
 
-/** What a stick says, right and down positive, each in -1…1, as screens and gamepads have it. */
+/** A stick's position, right and down positive, each in -1…1, as on screens and gamepads. */
 export interface Deflection {
   x: number;
   y: number;
 }
 
-/** Answers one axis; what is no number counts as let go. Pure. */
+/** Applies the response to one axis; NaN counts as released. Pure. */
 export function shapedAxis(value: number, { deadZone, curve }: Response): number {
   const way = Math.min(1, Math.abs(value));
   if (!(way > deadZone)) return 0;
   return Math.sign(value) * ((way - deadZone) / (1 - deadZone)) ** curve;
 }
 
-/** Answers both axes as one, so that the direction stays as it was and the corners are cut. Pure. */
+/** Applies the response to both axes together: keeps the direction, cuts the corners. Pure. */
 export function shaped({ x, y }: Deflection, response: Response): Deflection {
   const way = Math.hypot(x, y);
   const share = shapedAxis(way, response);

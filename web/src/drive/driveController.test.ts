@@ -48,7 +48,7 @@ afterEach(() => {
   aborting.abort();
 });
 
-it("says nothing and holds nothing while somebody else drives", () => {
+it("sends and holds nothing while somebody else drives", () => {
   drives(BOB);
   controller.input.press("a", "forward");
   controller.letGo();
@@ -58,7 +58,7 @@ it("says nothing and holds nothing while somebody else drives", () => {
   expect(sent).toEqual([]);
 });
 
-it("says a press at once, as the server's room names the turn", () => {
+it("sends a press at once, with the turn from the room state", () => {
   drives(ADA, { number: 9 });
   sent = [];
   controller.input.press("a", "forward");
@@ -66,7 +66,7 @@ it("says a press at once, as the server's room names the turn", () => {
   expect(state.held.value).toEqual(new Set(["forward"]));
 });
 
-it("says a release at once and repeats it", () => {
+it("sends a release at once and repeats it", () => {
   drives(ADA);
   controller.input.press("a", "forward");
   sent = [];
@@ -77,7 +77,7 @@ it("says a release at once and repeats it", () => {
   expect(state.held.value).toEqual(new Set());
 });
 
-it("lets go of everything, and says so three times before the task ends", () => {
+it("releases everything, and sends that three times before the task ends", () => {
   drives(ADA);
   controller.input.press("a", "forward");
   controller.input.press("b", "left");
@@ -88,7 +88,7 @@ it("lets go of everything, and says so three times before the task ends", () => 
   expect(controller.input.isHolding).toBe(false);
 });
 
-it("begins a turn with empty input and untouched axes, and ends it with both", () => {
+it("starts and ends a turn with nothing held and no axis touched", () => {
   drives(ADA, { number: 9 });
   controller.input.press("a", "forward");
   controller.setAxis("pan", 0.5);
@@ -110,7 +110,7 @@ it("begins a turn with empty input and untouched axes, and ends it with both", (
   expect(sent).toHaveLength(1);
 });
 
-it("falls silent when the link is lost, and asks for a new press when it is back", () => {
+it("falls silent when the link is lost, and needs a new press when it is back", () => {
   drives(ADA);
   controller.input.press("a", "forward");
   state.link.value = { is: "connecting", reason: null };
@@ -123,7 +123,7 @@ it("falls silent when the link is lost, and asks for a new press when it is back
   expect(sent.at(-1)?.held).toBe(true);
 });
 
-it("empties the input for a stop, which nothing is held through", () => {
+it("releases everything for a stop", () => {
   drives(ADA);
   controller.input.press("a", "forward");
   sent = [];
@@ -137,7 +137,7 @@ it("empties the input for a stop, which nothing is held through", () => {
   expect(sent.at(-1)).toMatchObject({ linear: 1, held: true });
 });
 
-it("tells the operator that a stop was released, until the first press", () => {
+it("tells the operator that a stop was released until the first press", () => {
   drives(ADA);
   expect(state.isFreshlyReleased.value).toBe(false);
   drives(ADA, { stop: STOP });
@@ -154,7 +154,7 @@ it("tells nobody else", () => {
   expect(state.isFreshlyReleased.value).toBe(false);
 });
 
-it("says the chosen speed at once", () => {
+it("sends the chosen speed at once", () => {
   drives(ADA);
   state.preferences.value = { ...state.preferences.value, speed: "fast" };
   sent = [];
@@ -162,7 +162,7 @@ it("says the chosen speed at once", () => {
   expect(sent).toMatchObject([{ speed: "fast", held: false }]);
 });
 
-it("lets go after the page hung, before it says anything", () => {
+it("releases everything after the page hung, before it sends anything", () => {
   drives(ADA);
   controller.input.press("a", "forward");
   sent = [];
@@ -173,7 +173,7 @@ it("lets go after the page hung, before it says anything", () => {
   expect(sent.some(({ held }) => held)).toBe(false);
 });
 
-it("drives by the keyboard, stops by Space, and lets go when the window is left", () => {
+it("drives by keyboard, stops by Space, and releases when the window loses the focus", () => {
   drives(BOB);
   key("keydown", "Space");
   key("keyup", "Space");
@@ -202,7 +202,7 @@ function drivesWith(preferences: Partial<State["preferences"]["value"]>, axes: s
   drives(ADA);
 }
 
-it("sends a stick that is moved, as far as it is moved", () => {
+it("sends a stick's deflection", () => {
   drives(ADA);
   controller.ways.press("stick", { linear: 0, angular: 0 });
   expect(sent.at(-1)).toMatchObject({ linear: 0, angular: 0, held: true });
@@ -215,7 +215,7 @@ it("sends a stick that is moved, as far as it is moved", () => {
   expect(state.isHolding.value).toBe(false);
 });
 
-it("sends a step as slow, whatever the speed", () => {
+it("sends a step as slow at any speed", () => {
   drivesWith({ way: "step", speed: "fast", stepMs: 400 });
   key("keydown", "ArrowUp");
   expect(sent.at(-1)).toMatchObject({ linear: 1, held: true, speed: "slow" });
@@ -223,14 +223,14 @@ it("sends a step as slow, whatever the speed", () => {
   expect(sent.at(-1)).toMatchObject({ linear: 0, held: false, speed: "fast" });
 });
 
-it("holds, where the host does not allow clicks", () => {
+it("falls back to holding if the host does not allow clicks", () => {
   drivesWith({ way: "click" });
   controller.ways.press("a", "forward");
   controller.ways.release("a");
   expect(sent.at(-1)?.held).toBe(false);
 });
 
-it("moves the axes by keys, and brings all of them back by one", () => {
+it("moves the axes by keys, and centres them all by one key", () => {
   drivesWith({}, ["pan", "tilt"]);
   key("keydown", "KeyJ");
   key("keydown", "KeyK");
@@ -246,13 +246,13 @@ it("moves the axes by keys, and brings all of them back by one", () => {
   expect(sent.at(-1)).toMatchObject({ held: false });
 });
 
-it("has no axes before the robot has said which", () => {
+it("has no axes before the robot has reported them", () => {
   state.hello.value = null;
   controller.recentre();
   expect(state.axes.value).toEqual({});
 });
 
-it("offers directions to a switch only while this page drives so", () => {
+it("offers directions to a switch only while this page drives by scanning", () => {
   controller.scan("select");
   drivesWith({ way: "scan", dwellMs: 1000 });
   expect(state.scan.value).toBe("forward");
@@ -264,7 +264,7 @@ it("offers directions to a switch only while this page drives so", () => {
   expect(state.scan.value).toBeNull();
 });
 
-it("stops by a switch, and offers the release of the stop instead", () => {
+it("stops by a switch, then offers only the release", () => {
   drivesWith({ way: "scan", switches: 2 });
   for (const _ of ["left", "right", "back", "stop"]) tap("KeyN");
   expect(state.scan.value).toBe("stop");
@@ -280,7 +280,7 @@ it("stops by a switch, and offers the release of the stop instead", () => {
   expect(state.scan.value).toBeNull();
 });
 
-it("drives by a gamepad that was chosen, and tells of it", () => {
+it("drives by a chosen gamepad, and shows its state", () => {
   const mine = pad();
   vi.spyOn(document, "hasFocus").mockReturnValue(true);
   controller.useGamepad(0);
@@ -305,7 +305,7 @@ it("drives by a gamepad that was chosen, and tells of it", () => {
   takeAwayGamepads();
 });
 
-it("is asked for nothing before it listens", () => {
+it("can be called before it listens", () => {
   const uplink = { linkBps: null, waitingBytes: 0, queuedMs: 0 };
   const another = controllerOf(state, { uplink: () => uplink });
   another.useGamepad(0);
@@ -315,7 +315,7 @@ it("is asked for nothing before it listens", () => {
   expect(another.uplink()).toEqual(uplink);
 });
 
-/** Presses a key and lets it go. */
+/** Presses and releases a key. */
 function tap(code: string): void {
   key("keydown", code);
   key("keyup", code);

@@ -1,4 +1,4 @@
-/** Wires all input to what is sent; what counts as held: `inputState.ts`, when not: `letGo.ts`. */
+/** Connects all input to the sender; what is held: `inputState.ts`, what ends it: `letGo.ts`. */
 
 import { computed, effect } from "@preact/signals";
 import type { Drive, Operate, Sentence } from "../messages";
@@ -24,13 +24,13 @@ export interface DriveControllerOptions {
   seenServerMs: () => number | null;
   uplink: () => Uplink;
   send: (drive: Drive, urgent: boolean) => void;
-  /** Sends what is held and set of the robot's controls. */
+  /** Sends which of the robot's controls are held and set. */
   operate: (operate: Operate, urgent: boolean) => void;
-  /** Says why one of the robot's controls has no effect; null if it did not arrive. */
+  /** Shows why one of the robot's controls has no effect; null if the command did not arrive. */
   refused: (why: Sentence | null) => void;
 }
 
-/** What the ways to drive may do besides driving. */
+/** What keys, switches and gamepads can do besides driving. */
 export interface DriveCallbacks {
   /** The operator's Stop. */
   stop: () => void;
@@ -41,7 +41,7 @@ export interface DriveCallbacks {
 
 /**
  * Connects the input to the command sender. A turn begins and ends with nothing held and no axis
- * touched; a stop releases everything, including what is physically still held.
+ * touched; a stop releases everything, even what is physically still held.
  */
 export class DriveController {
   readonly input: InputState;
@@ -87,7 +87,7 @@ export class DriveController {
     });
   }
 
-  /** Listens to keyboard, switches and gamepads, and to events that end input. */
+  /** Listens to the keyboard, switches and gamepads, and to events that end input. */
   listen(window: Window, callbacks: DriveCallbacks, signal: AbortSignal): void {
     const { input, ways } = this;
     const { state } = this.options;
@@ -159,7 +159,7 @@ export class DriveController {
     this.#sender.repeatAtOnce();
   }
 
-  /** Handles a change of the speed. */
+  /** Sends a changed speed. */
   speedChanged(): void {
     this.#sender.send();
   }
@@ -169,34 +169,34 @@ export class DriveController {
     return this.input.deflect(holder, motion);
   }
 
-  /** Handles a change of a slider, which counts as holding its axis. */
+  /** Moves an axis by its slider, which counts as holding the axis. */
   setAxis(name: string, position: number): void {
     const { axes } = this.options.state;
     this.input.touch(name, position);
     axes.value = { ...axes.peek(), [name]: position };
   }
 
-  /** Brings all axes back to their middle. */
+  /** Returns all axes to their middle. */
   recentre(): void {
     for (const axis of this.#axes()) this.setAxis(axis, 0);
   }
 
-  /** Drives with this gamepad from now on, with none for null. */
+  /** Drives with this gamepad from now on; null for none. */
   useGamepad(index: number | null): void {
     this.#gamepad?.use(index);
   }
 
-  /** Where the axes of the gamepad in use rest, if it is let go now; null unless they stood still. */
+  /** Where the axes of the gamepad in use rest if released now; null unless they are still. */
   padRestNow(): readonly number[] | null {
     return this.#gamepad?.restNow() ?? null;
   }
 
-  /** Chooses what is offered, or moves on to the next, for somebody who touches the screen. */
+  /** Chooses what is offered, or offers the next, by the buttons on the screen. */
   scan(what: "select" | "next"): void {
     this.#scanner?.[what]();
   }
 
-  /** Offers directions one after another while this page drives by scanning. */
+  /** Offers the directions in turn while this page drives by scanning. */
   #listenToSwitches({ stop, releaseStop }: DriveCallbacks, signal: AbortSignal): Scanner {
     const { state } = this.options;
     const scanner = new Scanner({
@@ -222,7 +222,7 @@ export class DriveController {
     const switches = computed(() => state.preferences.value.switches);
     const end = effect(() => {
       const isStopped = state.stopNumber.value !== null;
-      // With one switch more, nobody waits any longer for what is offered.
+      // A second switch replaces the dwell time.
       void switches.value;
       if (isScanning.value) scanner.begin(isStopped);
       else scanner.end();

@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { DRIVE_DEFAULTS, loadDrivePreferences, wayInForce } from "./drivePreferences";
 
-it("finds again what was saved", () => {
+it("restores what was saved", () => {
   const mine = {
     ...DRIVE_DEFAULTS,
     way: "scan",
@@ -30,7 +30,7 @@ it.each([
   expect(loadDrivePreferences(kept)).toEqual(DRIVE_DEFAULTS);
 });
 
-it("keeps the rests of eight gamepads, the newest", () => {
+it("keeps the rests of the eight newest gamepads", () => {
   const all = Array.from({ length: 9 }, (_, at) => [`Stick ${at}`, [0, at / 10, 0]]);
   const { rests } = loadDrivePreferences({ gamepad: { rests: Object.fromEntries(all) } }).gamepad;
   expect(Object.entries(rests)).toEqual(all.slice(1));

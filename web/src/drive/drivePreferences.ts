@@ -6,11 +6,11 @@ import { WAYS, type Way } from "./ways";
 
 export interface DrivePreferences {
   way: Way;
-  /** What lies on the screen; null for what suits the pointer: a stick to fingers. */
+  /** What is on the screen; null for what suits the pointer: a stick for fingers, else buttons. */
   control: Control | null;
   /** How long a step moves. */
   stepMs: number;
-  /** How many switches there are to scan with. */
+  /** How many switches the user scans with. */
   switches: 1 | 2;
   /** With one switch, how long each thing is offered. */
   dwellMs: number;
@@ -21,7 +21,7 @@ export interface DrivePreferences {
 export type Control = "stick" | "buttons";
 export const CONTROLS = [null, "stick", "buttons"] as const;
 
-/** The range of each number that the user can set, and its steps. */
+/** The range and step of each number that the user can set. */
 export const RANGES = {
   stepMs: { min: 200, max: 1000, step: 100 },
   dwellMs: { min: 500, max: 5000, step: 250 },
@@ -62,7 +62,7 @@ export function loadDrivePreferences(kept: Readonly<Record<string, unknown>>): D
   };
 }
 
-/** What lies on the screen: a stick only moves while it is held. */
+/** The control on the screen; a stick works only with the way `hold`. */
 export function controlInForce(
   preferences: DrivePreferences,
   way: Way,
@@ -77,7 +77,7 @@ export function wayInForce({ way }: DrivePreferences, mayClick: boolean | undefi
   return way === "click" && !mayClick ? "hold" : way;
 }
 
-/** So many gamepads' rests are kept, the newest, each of the axes that can count. */
+/** How many gamepads' rest positions are kept, newest last; each has the three axes that count. */
 const MOST_RESTS = 8;
 const REST = { min: -1, max: 1 };
 

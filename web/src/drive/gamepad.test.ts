@@ -57,7 +57,7 @@ function listens(): void {
   gamepad.listen(aborting.signal);
 }
 
-/** A pad that was chosen and has been let go of once. */
+/** A chosen pad that has been released once. */
 function drives(): void {
   listens();
   plugIn([mine]);
@@ -67,7 +67,7 @@ function drives(): void {
 }
 
 describe("a pad that was not chosen", () => {
-  it("moves nothing, and is told of once", () => {
+  it("moves nothing, and is announced once", () => {
     listens();
     plugIn([mine]);
     mine.axes[1] = -1;
@@ -83,13 +83,13 @@ describe("a pad that was not chosen", () => {
     expect(tell).toHaveBeenCalledExactlyOnceWith("found");
   });
 
-  it("is found where it was there before the page", () => {
+  it("is found if it was connected before the page opened", () => {
     plugIn([null, { ...mine, index: 1 }]);
     listens();
     expect(state.found).toEqual([{ index: 1, id: "Xbox", layout: "standard" }]);
   });
 
-  it("is chosen by its Start, once that is pressed anew, and only for a while", () => {
+  it("can be chosen for a while by a new press of its Start", () => {
     listens();
     push(mine, 9);
     plugIn([mine]);
@@ -108,7 +108,7 @@ describe("a pad that was not chosen", () => {
     expect(state.chosen).toBeNull();
   });
 
-  it("is not listened to for long", () => {
+  it("is read only for a while", () => {
     listens();
     plugIn([mine]);
     vi.advanceTimersByTime(20_100);
@@ -118,7 +118,7 @@ describe("a pad that was not chosen", () => {
     expect(vi.getTimerCount()).toBe(0);
   });
 
-  it("is not offered where another drives already", () => {
+  it("is not offered if another one drives already", () => {
     drives();
     tell.mockClear();
     plugIn([mine, pad({ index: 1, id: "Other" })]);
@@ -127,7 +127,7 @@ describe("a pad that was not chosen", () => {
     expect(state.chosen).toBe(0);
   });
 
-  it("cannot be chosen where there is none, or the browser has none", () => {
+  it("cannot be chosen if it is missing, or the browser has no Gamepad API", () => {
     listens();
     gamepad.use(3);
     expect(state.chosen).toBeNull();
@@ -138,7 +138,7 @@ describe("a pad that was not chosen", () => {
 });
 
 describe("a pad that was chosen", () => {
-  it("drives in proportion, and stands in the dead zone without holding", () => {
+  it("drives proportionally, and holds nothing in the dead zone", () => {
     drives();
     mine.axes[1] = -0.6;
     readings(2);
@@ -151,7 +151,7 @@ describe("a pad that was chosen", () => {
     expect(input.isHolding).toBe(false);
   });
 
-  it("moves nothing before everything on it was let go once", () => {
+  it("moves nothing until everything on it has been released once", () => {
     listens();
     mine.axes[1] = -1;
     plugIn([mine]);
@@ -171,7 +171,7 @@ describe("a pad that was chosen", () => {
   });
 
   it.each([
-    ["all was released", () => input.releaseAll()],
+    ["everything was released", () => input.releaseAll()],
     [
       "a turn began",
       () => {
@@ -219,7 +219,7 @@ describe("a pad that was chosen", () => {
     expect(input.motion.linear).toBe(1);
   });
 
-  it("drives though a switch that does nothing here stays on, beside a second pad", () => {
+  it("drives although an unused switch stays on, beside a second pad", () => {
     mine = pad({ mapping: "", buttons: pad().buttons.concat(pad().buttons) });
     push(mine, 24);
     listens();
@@ -237,7 +237,7 @@ describe("a pad that was chosen", () => {
     expect(input.motion.linear).toBe(1);
   });
 
-  it("is told of without a Start that nobody reads", () => {
+  it("is announced without Start if its Start is not known", () => {
     mine = pad({ mapping: "" });
     listens();
     plugIn([mine]);
@@ -245,7 +245,7 @@ describe("a pad that was chosen", () => {
     vi.advanceTimersByTime(20_100);
   });
 
-  it("drives by its cross", () => {
+  it("drives by its D-pad", () => {
     drives();
     push(mine, 14);
     readings(2);
@@ -255,7 +255,7 @@ describe("a pad that was chosen", () => {
     expect(input.isHolding).toBe(false);
   });
 
-  it("stops by B and changes the speed by A, once for each press", () => {
+  it("stops by B and changes the speed by A, once per press", () => {
     drives();
     push(mine, 1);
     readings(5);
@@ -284,7 +284,7 @@ describe("a pad that was chosen", () => {
     }
   });
 
-  it("does not stop by what was pressed before it was chosen", () => {
+  it("does not stop by a button pressed before it was chosen", () => {
     listens();
     push(mine, 1);
     plugIn([mine]);
@@ -293,7 +293,7 @@ describe("a pad that was chosen", () => {
     expect(stop).not.toHaveBeenCalled();
   });
 
-  it("is followed no more once the user has chosen none", () => {
+  it("is no longer read once the user has chosen none", () => {
     drives();
     mine.axes[1] = -1;
     readings(2);
@@ -304,7 +304,7 @@ describe("a pad that was chosen", () => {
   });
 });
 
-describe("a pad that is gone releases all at once, says so, and is used no more", () => {
+describe("a lost pad releases everything at once, is announced, and is no longer used", () => {
   const pads: (FakePad | null)[] = [];
 
   beforeEach(() => {
@@ -334,21 +334,21 @@ describe("a pad that is gone releases all at once, says so, and is used no more"
     expect(input.isHolding).toBe(false);
   });
 
-  it("by the browser's event, before the next reading", () => {
+  it("on the browser's event, before the next reading", () => {
     pads[0] = null;
     window.dispatchEvent(new Event("gamepaddisconnected"));
     expect(input.isHolding).toBe(false);
     expect(tell).toHaveBeenCalledExactlyOnceWith("lost");
   });
 
-  it("and where another is gone, drives on", () => {
+  it("unless another pad was lost", () => {
     window.dispatchEvent(new Event("gamepaddisconnected"));
     expect(input.motion.linear).toBe(1);
   });
 });
 
 describe("how often it is read", () => {
-  /** How often within a second. */
+  /** Readings a second. */
   function perSecond(): number {
     const read = vi.spyOn(navigator, "getGamepads");
     vi.advanceTimersByTime(1000);
@@ -357,7 +357,7 @@ describe("how often it is read", () => {
     return count;
   }
 
-  it("lets no push wait for longer than 8 ms while this page may drive", () => {
+  it("reads a push within 8 ms while this page may drive", () => {
     drives();
     mine.axes[1] = -1;
     vi.advanceTimersByTime(8);
@@ -367,7 +367,7 @@ describe("how often it is read", () => {
     expect(input.isHolding).toBe(false);
   });
 
-  it("is rarely before that, and never where none is used", () => {
+  it("reads slowly before that, and never if none is used", () => {
     listens();
     plugIn([mine]);
     expect(perSecond()).toBe(20);
@@ -381,13 +381,13 @@ describe("how often it is read", () => {
   });
 
   it.each([
-    ["a quarter of a second late lets go, until all was let go", 243, false],
+    ["a quarter of a second late releases, until all is released", 243, false],
     ["a little late does not", 200, true],
   ])("%s", (_, lateMs, isHolding) => {
     drives();
     mine.axes[1] = -1;
     readings(1);
-    // What a browser does that holds timers up: the next one finds that this much time has passed.
+    // Simulates a browser that delays timers: the next one finds that this much time has passed.
     const { now } = performance;
     vi.spyOn(performance, "now").mockImplementation(() => now.call(performance) + lateMs);
     vi.advanceTimersByTime(8);

@@ -1,4 +1,4 @@
-/** When the chosen gamepad drives; what it says: `padReading.ts`; in doubt: `padRest.ts`. */
+/** When the chosen gamepad drives; its readings: `padReading.ts`, its doubts: `padRest.ts`. */
 
 import { DIRECTIONS, type Direction, type InputState } from "./inputState";
 import {
@@ -12,15 +12,15 @@ import {
 import { PadRest } from "./padRest";
 import type { Ways } from "./ways";
 
-/** The gamepads that the browser names, and the one that the user has chosen to drive with. */
+/** The gamepads that the browser lists, and the one that the user has chosen to drive with. */
 export interface PadState {
   found: readonly { index: number; id: string; layout: PadLayout }[];
   chosen: number | null;
-  /** Whether the chosen one moves the robot; it does once all on it was let go. */
+  /** Whether the chosen one moves the robot: only once everything on it has been released. */
   isReady: boolean;
-  /** What of it must still be let go of. */
+  /** What on it must still be released. */
   held: readonly PadPart[];
-  /** What must be moved away from its own rest and let go, before that is believed. */
+  /** Axes with a stored rest that must be moved and released once before that rest is trusted. */
   unmoved: readonly PadPart[];
 }
 
@@ -32,7 +32,7 @@ export const NO_PADS: PadState = {
   unmoved: [],
 };
 
-/** `found_by_menu`: none of them has a Start that is listened to. */
+/** `found_by_menu`: none of the pads has a usable Start button. */
 export type PadNews = "found" | "found_by_menu" | "lost" | "frozen";
 
 export interface GamepadInputOptions {
@@ -43,23 +43,23 @@ export interface GamepadInputOptions {
   stop: () => void;
   toggleSpeed: () => void;
   changed: (state: PadState) => void;
-  /** Gamepads were found, of which nothing is used; or the one in use was lost, or says nothing new. */
+  /** Tells the user that unused gamepads were found, or that the one in use is lost or frozen. */
   tell: (what: PadNews) => void;
 }
 
 const STICK = "gamepad stick";
 const crossHolder = (direction: Direction) => `gamepad ${direction}`;
-/** For so long a new gamepad is listened to for its Start. */
+/** How long a new gamepad is read for a press of its Start. */
 const OFFERED_MS = 20_000;
-/** While this page may drive: browsers draw rarely compared with what a push may wait. */
+/** The poll interval while this page may drive: waiting for the next frame would delay a push. */
 const DRIVING_MS = 8;
-/** Before that, to see what is plugged in, pressed or let go. */
+/** The poll interval otherwise, to notice what is plugged in, pressed or released. */
 const LOOKING_MS = 50;
 
 /**
- * Drives with a gamepad that the user has chosen. It is read by a timer, often while this page may
- * drive, while it is used or has just been found. At first, whenever all was released or it was set
- * otherwise, and in any doubt (`PadRest`), it moves nothing until everything on it was let go once.
+ * Drives with a gamepad that the user has chosen. A timer reads it while it is in use or was just
+ * found, fast while this page may drive. At first, after everything was released, after a change of
+ * settings, and in doubt (`PadRest`), it moves nothing until everything on it was released once.
  */
 export class GamepadInput {
   #state = NO_PADS;
@@ -83,7 +83,7 @@ export class GamepadInput {
     if (this.#pads().length > 0) this.#offer();
   }
 
-  /** Drives with this gamepad from now on, with none for null. */
+  /** Drives with this gamepad from now on; null for none. */
   use(index: number | null): void {
     this.#disarm();
     this.#last = null;
@@ -95,7 +95,7 @@ export class GamepadInput {
     this.#read();
   }
 
-  /** Where the axes of the one in use rest, if all that hold it are let go; null unless they stood still. */
+  /** Where the axes of the one in use rest, if it is released now; null unless they are still. */
   restNow(): readonly number[] | null {
     if (!this.#last || !this.#rest.isStill(performance.now())) return null;
     const { axes, held } = this.#last;
@@ -118,12 +118,12 @@ export class GamepadInput {
     const hasStart = this.#state.found.some(({ layout }) => layout === "standard");
     this.options.tell(hasStart ? "found" : "found_by_menu");
     this.#offeredUntilMs = performance.now() + OFFERED_MS;
-    // What is pressed now was pressed to be found.
+    // A Start held now was pressed so that the browser finds the pad, not to choose it.
     this.#starts = new Set(this.#pads().map((pad) => pad.index));
     this.#read();
   }
 
-  /** Sees which gamepads there are; loses the one in use if it is none of them any more. */
+  /** Lists the gamepads; drops the one in use if it is gone. */
   #look(): Gamepad[] {
     const pads = this.#pads();
     const { found: before, chosen } = this.#state;
@@ -172,7 +172,7 @@ export class GamepadInput {
   #follow(pad: Gamepad, nowMs: number): void {
     const { document } = this.window;
     const settings = this.options.settings();
-    // What stood within the dead zone of before may be away from the rest of now.
+    // An axis inside the previous dead zone may be outside the new one.
     if (settings !== this.#settings) {
       this.#disarm();
       this.#rest = new PadRest();
@@ -181,10 +181,10 @@ export class GamepadInput {
     const now = readPad(pad, settings);
     const last = this.#last ?? now;
     this.#last = now;
-    // A page that is not in front gets no keys either.
+    // A page without the focus gets no keys either.
     const isInFront = !document.hidden && document.hasFocus();
     if (isInFront && this.options.isDriving() && now.stop && !last.stop) this.options.stop();
-    // Where it is not, browsers say what was.
+    // Without the focus, browsers report old values.
     const doubt = isInFront ? this.#rest.doubt(pad, now, nowMs) : null;
     if (doubt === "frozen" && this.#state.isReady) this.options.tell(doubt);
     if (doubt !== null) this.#disarm();
@@ -197,7 +197,7 @@ export class GamepadInput {
     }
   }
 
-  /** Is ready once nothing is held any more; says until then what is, and what is to be moved. */
+  /** Becomes ready once nothing is held; until then shows what is held or must be moved. */
   #await(isReady: boolean, held: readonly PadPart[]): void {
     const unmoved = this.#rest.unmoved.map((at) => ({ kind: "axis" as const, at }));
     const before = JSON.stringify([this.#state.held, this.#state.unmoved]);

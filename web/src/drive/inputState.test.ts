@@ -24,7 +24,7 @@ it.each<[Direction, number, number]>([
   expect(input.motion).toEqual({ linear, angular });
 });
 
-it("makes a curve of two, and nothing of opposites", () => {
+it("makes a curve of two directions, and nothing of opposite ones", () => {
   input.press("a", "forward");
   input.press("b", "left");
   expect(input.motion).toEqual({ linear: 1, angular: 1 });
@@ -42,7 +42,7 @@ it("releases only what that holder held", () => {
   expect(input.motion).toEqual(STAND);
 });
 
-it("tells of each change once, and of nothing else", () => {
+it("reports each change once, and nothing else", () => {
   input.press("a", "forward");
   input.press("a", "forward");
   input.release("b");
@@ -52,7 +52,7 @@ it("tells of each change once, and of nothing else", () => {
   expect(onChange).toHaveBeenCalledTimes(2);
 });
 
-it("holds as long as anything is held, though it makes no motion", () => {
+it("counts as holding while anything is held, even without motion", () => {
   input.press("a", "forward");
   input.press("b", "back");
   expect(input.isHolding).toBe(true);
@@ -65,14 +65,14 @@ it("holds as long as anything is held, though it makes no motion", () => {
   expect(input.isHolding).toBe(false);
 });
 
-it("takes a change of a slider for a hand on its axis, which is no motion", () => {
+it("counts a slider's change as holding its axis, without motion", () => {
   input.touch("pan", 0.5);
   expect(input.axes).toEqual({ pan: 0.5 });
   expect(input.isHolding).toBe(true);
   expect(input.motion).toEqual(STAND);
 });
 
-it("lets go of an axis by itself, 300 ms after its newest change", () => {
+it("releases an axis 300 ms after its newest change", () => {
   input.touch("pan", 0.5);
   vi.advanceTimersByTime(299);
   input.touch("pan", 0.6);
@@ -85,7 +85,7 @@ it("lets go of an axis by itself, 300 ms after its newest change", () => {
   expect(onChange).toHaveBeenCalledTimes(2);
 });
 
-it("lets each axis go by itself, and nothing else with it", () => {
+it("releases each axis by its own timer, and nothing else", () => {
   input.press("a", "forward");
   input.touch("pan", 0.5);
   vi.advanceTimersByTime(200);
@@ -98,7 +98,7 @@ it("lets each axis go by itself, and nothing else with it", () => {
   expect(input.motion.linear).toBe(1);
 });
 
-it("leaves a new hand on an axis its own time after all was released", () => {
+it("starts a new time for an axis touched again after everything was released", () => {
   input.touch("pan", 0.5);
   input.releaseAll();
   expect(input.axes).toEqual({});
@@ -122,7 +122,7 @@ it("holds nothing while disabled", () => {
   expect(input.axes).toEqual({});
 });
 
-it("asks for a new press when a turn begins", () => {
+it("needs a new press when a turn begins", () => {
   input.press("a", "forward");
   input.enable();
   expect(input.motion).toEqual(STAND);
@@ -130,7 +130,7 @@ it("asks for a new press when a turn begins", () => {
   expect(input.motion.linear).toBe(1);
 });
 
-it("sums what sticks and keys ask for, within the limits", () => {
+it("sums sticks and keys within the limits", () => {
   input.press("stick", { linear: 0.5, angular: -0.25 });
   expect(input.motion).toEqual({ linear: 0.5, angular: -0.25 });
   input.press("key", "forward");
@@ -140,13 +140,13 @@ it("sums what sticks and keys ask for, within the limits", () => {
   expect(input.motion).toEqual({ linear: 1, angular: -1 });
 });
 
-it("holds a stick in its middle, which moves nothing", () => {
+it("counts a centred stick as held, without motion", () => {
   input.press("stick", STAND);
   expect(input.isHolding).toBe(true);
   expect(input.motion).toEqual(STAND);
 });
 
-it("tells of a stick that moves, once for each way it points", () => {
+it("reports a stick once for each deflection", () => {
   input.press("stick", STAND);
   expect(input.deflect("stick", { linear: 0.3, angular: 0 })).toBe(true);
   expect(input.deflect("stick", { linear: 0.3, angular: 0 })).toBe(true);
@@ -156,7 +156,7 @@ it("tells of a stick that moves, once for each way it points", () => {
   expect(input.motion).toEqual({ linear: 0.3, angular: 0.1 });
 });
 
-it("moves no stick that nobody holds, and nothing by what is no stick", () => {
+it("deflects only a held stick", () => {
   expect(input.deflect("stick", { linear: 1, angular: 0 })).toBe(false);
   input.press("stick", STAND);
   input.press("key", "left");
@@ -167,7 +167,7 @@ it("moves no stick that nobody holds, and nothing by what is no stick", () => {
   expect(input.motion).toEqual({ linear: 0, angular: 1 });
 });
 
-it("says who holds, and whether anybody can", () => {
+it("knows the holders, and whether anything can be held", () => {
   input.press("a", null);
   expect([input.isHeldBy("a"), input.isHeldBy("b")]).toEqual([true, false]);
   expect(input.isEnabled).toBe(true);
@@ -175,7 +175,7 @@ it("says who holds, and whether anybody can", () => {
   expect([input.isHeldBy("a"), input.isEnabled]).toEqual([false, false]);
 });
 
-it("asks for thousandths, which are short to send, and never for less than nothing", () => {
+it("rounds the motion to thousandths, never to -0", () => {
   input.press("stick", { linear: 0.123456789, angular: -0.0001 });
   expect(input.motion).toEqual({ linear: 0.123, angular: 0 });
 });

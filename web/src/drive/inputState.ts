@@ -1,19 +1,19 @@
-/** What is held, and the motion that it asks for; what ends it without a release: `letGo.ts`. */
+/** What is held, and the motion it asks for; what ends it without a release: `letGo.ts`. */
 
 export type Direction = "forward" | "back" | "left" | "right";
 
 export const DIRECTIONS: readonly Direction[] = ["forward", "back", "left", "right"];
 
-/** Fractions of the robot's limits: ahead and left are positive. */
+/** Fractions of the robot's limits; ahead and left are positive. */
 export interface Motion {
   linear: number;
   angular: number;
 }
 
-/** What a holder holds; null for a control that moves nothing, such as the slider of an axis. */
+/** What a holder holds; null for a control other than the wheels, such as an axis's slider. */
 export type Held = Direction | Motion | null;
 
-/** The holder for a finger or the mouse: the same wherever it touched down. */
+/** The holder for a finger or the mouse, wherever it touched down. */
 export function fingerHolder(pointerId: number): string {
   return `pointer ${pointerId}`;
 }
@@ -21,8 +21,8 @@ export function fingerHolder(pointerId: number): string {
 /**
  * A slider reports every change, whether by mouse, finger, key or assistive technology, but not
  * every release. So its axis counts as held for this long after the newest change: long enough for
- * six set-points at the slowest rate, in case the channel loses some, and short enough that nobody
- * counts as holding what they have left.
+ * six set-points at the slowest rate, in case the channel loses some, and short enough that a
+ * slider that was left does not stay held.
  */
 const TOUCH_MS = 300;
 
@@ -32,18 +32,18 @@ interface Touch {
 }
 
 export interface InputStateOptions {
-  /** Called synchronously whenever a holder begins or ends, or holds another direction. */
+  /** Called synchronously whenever a holder is added or removed, or holds another direction. */
   changed: () => void;
-  /** Called synchronously whenever what a holder holds is deflected otherwise. */
+  /** Called synchronously whenever a held stick changes its deflection. */
   deflected: () => void;
 }
 
 /**
- * What is held down, and by which holder (a key, a finger, a stick, a focused button), and which
- * axes are touched.
+ * What is held down, by which holder (a key, a finger, a stick, a focused button), and which axes
+ * are touched.
  *
- * A holder releases only what it holds. A stick held in its middle moves nothing and still counts
- * as held. While disabled nothing can be pressed, and enabling releases everything: a control held
+ * A holder releases only what it holds. A stick held in its middle moves nothing but counts as
+ * held. While disabled nothing can be pressed, and enabling releases everything: a control held
  * since before a turn moves nothing until it is pressed again.
  */
 export class InputState {
@@ -58,8 +58,8 @@ export class InputState {
   }
 
   /**
-   * The sum of all, within the limits and in thousandths, which are short to send; a direction
-   * counts once, however many hold it.
+   * The sum of everything held, within the limits and rounded to thousandths to be short on the
+   * wire; a direction counts once, however many holders it has.
    */
   get motion(): Motion {
     const share = (direction: Direction) => (this.holds(direction) ? 1 : 0);
@@ -73,12 +73,12 @@ export class InputState {
     return { linear: within(linear), angular: within(angular) };
   }
 
-  /** The positions of the axes being held; the others keep theirs. */
+  /** The positions of the axes that are held; the others keep theirs. */
   get axes(): Record<string, number> {
     return Object.fromEntries([...this.#touched].map(([axis, { position }]) => [axis, position]));
   }
 
-  /** The dead-man: whether anything is held, even an axis or two opposite directions. */
+  /** The dead-man switch: whether anything is held, even an axis or two opposite directions. */
   get isHolding(): boolean {
     return this.#held.size + this.#touched.size > 0;
   }
@@ -91,7 +91,7 @@ export class InputState {
     return this.#held.has(holder);
   }
 
-  /** Starts a turn of driving, with nothing held. */
+  /** Starts a turn with nothing held. */
   enable(): void {
     this.#enabled = true;
     this.releaseAll();
@@ -109,8 +109,8 @@ export class InputState {
   }
 
   /**
-   * Moves the stick that this holder still holds. Returns false if it holds nothing: whatever has
-   * released it since, it must be let go and taken again.
+   * Moves the stick that this holder still holds. Returns false if it holds nothing: something has
+   * released it, so the stick must be let go and taken again.
    */
   deflect(holder: string, motion: Motion): boolean {
     const held = this.#held.get(holder) ?? null;

@@ -49,14 +49,14 @@ it.each<[KeyAction, string]>([
   expect(done).toEqual([called]);
 });
 
-it("moves no axis that the robot has not, and does nothing of what is done elsewhere", () => {
+it("moves no axis that the robot lacks, and ignores actions handled elsewhere", () => {
   axes = ["pan"];
   for (const action of ["axis2_plus", "talk", "cameras", "mute"] as const)
     keyActions.press("key", action);
   expect(done).toEqual([]);
 });
 
-it("is for all that drives; for axes that there are, and for switches while they scan", () => {
+it("handles everything that drives, existing axes, and switches while scanning", () => {
   const others = () => KEY_ACTIONS.filter((action) => !keyActions.isFor(action));
   expect(others()).toEqual(["talk", "cameras", "mute", "scan_select", "scan_next"]);
   way = "scan";

@@ -1,4 +1,4 @@
-/** What each action of a key does while driving; which key has which action: `keyMap.ts`. */
+/** What each key action does while driving; which key has which action: `keyMap.ts`. */
 
 import { type AxisKeys, keyedAxes } from "./axisKeys";
 import type { KeyAction } from "./keyMap";
@@ -24,7 +24,7 @@ const AXES: Partial<Record<KeyAction, [at: number, sign: 1 | -1]>> = {
   axis2_minus: [1, -1],
 };
 
-/** What the keys of driving do; those for watching and speaking work without it, elsewhere. */
+/** Actions handled elsewhere, because watching and speaking do not need driving. */
 const ELSEWHERE: readonly KeyAction[] = ["talk", "cameras", "mute"];
 
 export class KeyActions {

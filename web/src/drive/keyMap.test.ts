@@ -3,7 +3,7 @@ import { assign, unassign } from "./assignKey";
 import { codeOf } from "./codeOf";
 import { actionOf, DEFAULT_KEYS, KEY_ACTIONS, keyWords, loadKeys } from "./keyMap";
 
-describe("as it comes", () => {
+describe("the default", () => {
   it("has no key twice", () => {
     const all = KEY_ACTIONS.flatMap((action) => DEFAULT_KEYS[action]);
     expect(new Set(all).size).toBe(all.length);
@@ -17,21 +17,21 @@ describe("as it comes", () => {
 });
 
 describe("a new key", () => {
-  it("is added to those that are there", () => {
+  it("is added to the existing ones", () => {
     const changed = assign(DEFAULT_KEYS, "stop", "KeyX");
     expect(changed).toEqual({ keys: { ...DEFAULT_KEYS, stop: ["Space", "KeyX"] } });
   });
 
-  it("changes nothing where it is already", () => {
+  it("changes nothing if the action has it already", () => {
     expect(assign(DEFAULT_KEYS, "forward", "KeyW")).toEqual({ keys: DEFAULT_KEYS });
   });
 
-  it("is refused where another action has it, which is named", () => {
+  it("is refused if another action has it, and names that action", () => {
     expect(assign(DEFAULT_KEYS, "forward", "KeyT")).toEqual({ why: "taken", by: "talk" });
     expect(assign(DEFAULT_KEYS, "forward", "Space")).toEqual({ why: "taken", by: "stop" });
   });
 
-  it("may be one that an on-screen keyboard only names", () => {
+  it("may have a name only, as on an on-screen keyboard", () => {
     const told = codeOf({ code: "", key: "BrowserBack" });
     expect(assign(DEFAULT_KEYS, "stop", told)).toMatchObject({ keys: { stop: ["Space", told] } });
     expect(assign(DEFAULT_KEYS, "stop", codeOf({ code: "", key: "é" }))).toEqual({
@@ -59,44 +59,44 @@ describe("a new key", () => {
     expect(assign(DEFAULT_KEYS, "forward", key)).toEqual({ why: "reserved" });
   });
 
-  it("is refused beside four others", () => {
+  it("is refused as a fifth", () => {
     const keys = { ...DEFAULT_KEYS, forward: ["KeyW", "ArrowUp", "Numpad8", "KeyZ"] };
     expect(assign(keys, "forward", "KeyY")).toEqual({ why: "too_many" });
   });
 });
 
-describe("a key that is taken away", () => {
-  it("does nothing any more", () => {
+describe("a removed key", () => {
+  it("no longer does anything", () => {
     const changed = unassign(DEFAULT_KEYS, "forward", "KeyW");
     expect(changed).toEqual({ keys: { ...DEFAULT_KEYS, forward: ["ArrowUp"] } });
   });
 
-  it("is never Space, which always stops", () => {
+  it("cannot be Space, which always stops", () => {
     expect(unassign(DEFAULT_KEYS, "stop", "Space")).toEqual({ why: "always_stops" });
   });
 });
 
-describe("what was stored", () => {
-  it("comes back as it was", () => {
+describe("the stored keys", () => {
+  it("are restored", () => {
     const keys = { ...DEFAULT_KEYS, forward: ["KeyE"], talk: [], stop: ["Space", "KeyX"] };
     expect(loadKeys(JSON.parse(JSON.stringify(keys)))).toEqual(keys);
   });
 
-  it.each([null, undefined, 7, "keys", [], {}])("is as it comes for %j", (kept) => {
+  it.each([null, undefined, 7, "keys", [], {}])("are the default for %j", (kept) => {
     expect(loadKeys(kept)).toEqual(DEFAULT_KEYS);
   });
 
-  it("keeps Space for Stop, and each key for one action", () => {
+  it("keep Space for Stop, and each key for one action", () => {
     const keys = loadKeys({ forward: ["Space", "KeyE", "KeyE"], back: ["KeyE", "KeyQ"], stop: [] });
     expect(keys).toMatchObject({ forward: ["KeyE"], back: ["KeyQ"], stop: ["Space"] });
   });
 
-  it("leaves out what is no key, and the fifth of an action", () => {
+  it("leave out invalid keys, and the fifth of an action", () => {
     const forward = [7, null, "Escape", "a key", "KeyB", "KeyG", "KeyH", "KeyM", "KeyP"];
     expect(loadKeys({ forward }).forward).toEqual(["KeyB", "KeyG", "KeyH", "KeyM"]);
   });
 
-  it("does not give an action that is new a key that the user has given to another", () => {
+  it("do not give a new action a key that the user has assigned to another", () => {
     const { recentre, ...older } = DEFAULT_KEYS;
     const keys = loadKeys({ ...older, forward: recentre });
     expect(keys.forward).toEqual(recentre);

@@ -1,4 +1,4 @@
-/** Which key does what, by its place on the keyboard, or its name where it has none (`codeOf`). Pure. */
+/** Which key does what, by its position on the keyboard, else by its name (`codeOf`). Pure. */
 
 export const KEY_ACTIONS = [
   "forward",
@@ -41,11 +41,11 @@ export const DEFAULT_KEYS: KeyMap = {
   scan_next: ["KeyN"],
 };
 
-/** Stops on every keyboard, so that whoever shows somebody how to drive need not ask. */
+/** Space stops on every device, so that nobody has to ask which key it is. */
 export const ALWAYS_STOP = "Space";
 export const MOST_PER_ACTION = 4;
 const CODE = /^[A-Za-z0-9]{1,24}$/;
-/** What the browser, the system or a screen reader needs. */
+/** Keys that the browser, the system or a screen reader needs. */
 const RESERVED =
   /^(Tab|Escape|CapsLock|Fn.*|Unidentified|(Control|Alt|AltGraph|Meta|OS|Shift)(Left|Right)?)$/;
 
@@ -53,7 +53,7 @@ export function actionOf(keys: KeyMap, key: string): KeyAction | null {
   return KEY_ACTIONS.find((action) => keys[action].includes(key)) ?? null;
 }
 
-/** Returns what was stored as far as it can be used; an action that was not is as it was made. */
+/** Returns the stored keys as far as they are valid, with the defaults for every other action. */
 export function loadKeys(kept: unknown): KeyMap {
   const stored: Record<string, unknown> = { ...(typeof kept === "object" ? kept : null) };
   const used = new Set([ALWAYS_STOP]);
@@ -85,7 +85,7 @@ const ARROWS: Record<string, string> = {
   ArrowRight: "→",
 };
 
-/** What is printed on a key, on most keyboards. */
+/** What most keyboards have printed on the key. */
 export function keyWords(key: string): string {
   return (
     ARROWS[key] ?? key.replace(/^(Key|Digit)(?=.$)/, "").replace(/(?<=[a-z])(?=[A-Z0-9])/, " ")

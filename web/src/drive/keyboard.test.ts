@@ -71,7 +71,7 @@ it.each([
   expect(input.motion).toEqual({ linear: 0, angular: 0 });
 });
 
-it("stops by Space while a direction is held, also where a button has the focus", () => {
+it("stops by Space while a direction is held, even if a button has the focus", () => {
   focused("<button>Fast</button>");
   key("keydown", "Space");
   key("keyup", "Space");
@@ -82,19 +82,19 @@ it("stops by Space while a direction is held, also where a button has the focus"
   expect(key("keyup", "Space").defaultPrevented).toBe(true);
 });
 
-it("lets two keys for one direction release each only itself", () => {
+it("releases only the lifted one of two keys for a direction", () => {
   key("keydown", "ArrowUp");
   key("keydown", "KeyW");
   key("keyup", "KeyW");
   expect(input.motion.linear).toBe(1);
 });
 
-it("takes a repeated key for no new press", () => {
+it("does not count a repeat as a new press", () => {
   key("keydown", "ArrowUp", { repeat: true });
   expect(input.motion.linear).toBe(0);
 });
 
-it("asks for a new press of a key that was held when the turn began", () => {
+it("needs a new press of a key that was held when the turn began", () => {
   driving = false;
   input.disable();
   key("keydown", "ArrowUp");
@@ -107,14 +107,14 @@ it("asks for a new press of a key that was held when the turn began", () => {
   expect(input.motion.linear).toBe(1);
 });
 
-it.each(["ctrlKey", "metaKey", "altKey"])("lets go when %s is down", (modifier) => {
+it.each(["ctrlKey", "metaKey", "altKey"])("releases everything when %s is down", (modifier) => {
   key("keydown", "ArrowUp");
   const event = key("keydown", "KeyW", { [modifier]: true });
   expect(event.defaultPrevented).toBe(false);
   expect(input.motion.linear).toBe(0);
 });
 
-it("leaves letters and arrows to whoever types, but still hears the release", () => {
+it("leaves letters and arrows to a text field, but still handles the release", () => {
   key("keydown", "ArrowUp");
   focused("<input type='text'>");
   key("keydown", "KeyA");
@@ -123,14 +123,14 @@ it("leaves letters and arrows to whoever types, but still hears the release", ()
   expect(input.motion.linear).toBe(0);
 });
 
-it("leaves the page's own keys alone while this page does not drive", () => {
+it("handles no keys while this page does not drive", () => {
   driving = false;
   expect(key("keydown", "ArrowUp").defaultPrevented).toBe(false);
   expect(key("keydown", "Space").defaultPrevented).toBe(false);
   expect(stop).not.toHaveBeenCalled();
 });
 
-it("stops by Space, except where Space operates what has the focus", () => {
+it("stops by Space, unless Space operates the focused element", () => {
   key("keydown", "Space");
   expect(stop).toHaveBeenCalledOnce();
   key("keydown", "Space", { repeat: true });
@@ -140,20 +140,20 @@ it("stops by Space, except where Space operates what has the focus", () => {
   expect(stop).toHaveBeenCalledOnce();
 });
 
-it("hears a key that is pressed while nothing has the focus", () => {
+it("handles a key pressed while nothing has the focus", () => {
   window.dispatchEvent(new KeyboardEvent("keydown", { code: "ArrowUp" }));
   expect(input.motion.linear).toBe(1);
   window.dispatchEvent(new KeyboardEvent("keydown", { code: "Space" }));
   expect(stop).toHaveBeenCalledOnce();
 });
 
-it.each(["blur", "pagehide", "beforeunload", "contextmenu"])("releases all on %s", (type) => {
+it.each(["blur", "pagehide", "beforeunload", "contextmenu"])("releases on %s", (type) => {
   key("keydown", "ArrowUp");
   window.dispatchEvent(new Event(type));
   expect(input.isHolding).toBe(false);
 });
 
-it("releases all when the page is frozen", () => {
+it("releases everything when the page is frozen", () => {
   key("keydown", "ArrowUp");
   document.dispatchEvent(new Event("freeze"));
   expect(input.isHolding).toBe(false);
@@ -166,7 +166,7 @@ it("releases what a finger holds wherever it is lifted, and only that", () => {
   expect(input.motion).toEqual({ linear: 0, angular: 1 });
 });
 
-it("releases all when the system takes a finger away that held something", () => {
+it("releases everything when the system cancels a touch that held something", () => {
   key("keydown", "ArrowUp");
   window.dispatchEvent(new PointerEvent("pointercancel", { pointerId: 3 }));
   expect(input.motion.linear).toBe(1);
@@ -175,14 +175,14 @@ it("releases all when the system takes a finger away that held something", () =>
   expect(input.isHolding).toBe(false);
 });
 
-it("releases all when the page is hidden", () => {
+it("releases everything when the page is hidden", () => {
   key("keydown", "ArrowUp");
   vi.spyOn(document, "hidden", "get").mockReturnValue(true);
   document.dispatchEvent(new Event("visibilitychange"));
   expect(input.motion.linear).toBe(0);
 });
 
-it("goes on when the page is shown again", () => {
+it("stays released when the page is shown again", () => {
   key("keydown", "ArrowUp");
   document.dispatchEvent(new Event("visibilitychange"));
   expect(input.motion.linear).toBe(1);
@@ -195,7 +195,7 @@ it("drives again by a new press after the window was away", () => {
   expect(input.motion.linear).toBe(1);
 });
 
-it("drives by the keys of this user, and by no others", () => {
+it("drives by this user's keys only", () => {
   keys = { ...DEFAULT_KEYS, forward: ["KeyE"] };
   key("keydown", "ArrowUp");
   expect(input.isHolding).toBe(false);
@@ -203,20 +203,20 @@ it("drives by the keys of this user, and by no others", () => {
   expect(input.motion.linear).toBe(1);
 });
 
-it("leaves a key alone that is for something else", () => {
+it("ignores a key that has been handled elsewhere", () => {
   expect(key("keydown", "KeyT").defaultPrevented).toBe(false);
   expect(key("keydown", "KeyZ").defaultPrevented).toBe(false);
   expect(input.isHolding).toBe(false);
 });
 
-it("leaves Enter to what has the focus", () => {
+it("leaves Enter to the focused element", () => {
   focused("<button>Sound</button>");
   expect(key("keydown", "Enter").defaultPrevented).toBe(false);
   document.body.replaceChildren();
   expect(key("keydown", "Enter").defaultPrevented).toBe(true);
 });
 
-it("tells of each key once, but of none that a control has taken for itself", () => {
+it("reports each key once, but none that a control has handled", () => {
   key("keydown", "KeyZ");
   key("keydown", "KeyZ", { repeat: true });
   expect(anyKey).toHaveBeenCalledOnce();
@@ -227,7 +227,7 @@ it("tells of each key once, but of none that a control has taken for itself", ()
   expect(input.isHolding).toBe(false);
 });
 
-it("takes what says no code by its name: it drives, and Space stops", () => {
+it("identifies a key without a code by its name: it drives, and Space stops", () => {
   key("keydown", "", { key: "ArrowUp" });
   expect(input.motion).toMatchObject({ linear: 1 });
   key("keydown", "", { key: " " });
@@ -239,13 +239,13 @@ it("takes what says no code by its name: it drives, and Space stops", () => {
   expect(input.motion).toMatchObject({ linear: 0 });
 });
 
-it.each(["Process", "Dead", "Unidentified", "", "é"])("does nothing by %j", (name) => {
+it.each(["Process", "Dead", "Unidentified", "", "é"])("ignores %j", (name) => {
   key("keydown", "", { key: name });
   expect(input.motion).toMatchObject({ linear: 0, angular: 0 });
   expect(stop).not.toHaveBeenCalled();
 });
 
-it("stops by a second Space of which the first was never released", () => {
+it("stops by a second Space although the first was never released", () => {
   key("keydown", "Space");
   key("keydown", "Space");
   expect(stop).toHaveBeenCalledTimes(2);

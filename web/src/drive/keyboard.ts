@@ -1,4 +1,4 @@
-/** Whether a key drives or belongs to what has the focus; what it does: `keyActions.ts`. */
+/** Whether a key drives or is for the focused element; what it does: `keyActions.ts`. */
 
 import { codeOf } from "./codeOf";
 import { DIRECTIONS } from "./inputState";
@@ -7,25 +7,25 @@ import { holderOf, KeysDown } from "./keysDown";
 
 const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox])";
 const OPERABLE = `${TYPING}, button, a[href], summary, input`;
-/** Keys that operate what has the focus. */
+/** Keys that operate the focused element. */
 const OPERATING = new Set(["Space", "Enter", "NumpadEnter"]);
 
 export interface KeyboardOptions {
   keys: () => KeyMap;
   isDriving: () => boolean;
-  /** Whether this action is done here, and now. */
+  /** Whether this action is handled here now. */
   isFor: (action: KeyAction) => boolean;
-  /** Does it, until `release` of the same holder. */
+  /** Starts the action; it lasts until `release` of the same holder. */
   press: (holder: string, action: KeyAction) => void;
   release: (holder: string) => void;
-  /** A key was pressed that nothing on the page has taken for itself. */
+  /** A key was pressed that nothing else on the page has handled. */
   anyKey: () => void;
   /** Releases everything at once. */
   letGo: () => void;
   signal: AbortSignal;
 }
 
-/** Drives, stops and more by the user's keys, unless a text field has the focus. */
+/** Performs the actions of the user's keys, unless a text field has the focus. */
 export function listenKeyboard(target: EventTarget, options: KeyboardOptions): void {
   const { keys, isDriving, isFor, press, release, anyKey, letGo, signal } = options;
   const down = new KeysDown(release);
@@ -48,19 +48,19 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
     const action = actionOf(keys(), code);
     if (action === null || !isFor(action)) return;
     const focus = event.target instanceof Element ? event.target : null;
-    // Whoever drives by keys means the robot by Space, whatever they have chosen before.
+    // While keys drive, Space means Stop, whatever has the focus.
     const isButtons = OPERATING.has(code) && !(action === "stop" && isHeld());
     if (focus?.closest(isButtons ? OPERABLE : TYPING)) return;
     event.preventDefault();
     taken.add(holderOf(event));
-    // A Space of which the release was lost must not be the last that stops.
+    // If a release was lost, the next Space must still stop.
     const isStop = action === "stop" && !(event.repeat && isKnown);
     if (isNew || isStop) press(holderOf(event), action);
   };
 
   const onUp = (event: KeyboardEvent) => {
     down.lift(event);
-    // Firefox presses a button when the key comes up.
+    // Firefox clicks a button on keyup.
     if (taken.delete(holderOf(event))) event.preventDefault();
   };
 

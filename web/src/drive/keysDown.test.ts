@@ -22,8 +22,8 @@ const event = (code: string, key: string, more = {}) => ({
   ...more,
 });
 
-it("holds nothing once each pressed key was released, whatever its events do not tell", () => {
-  // By their places, and what an AZERTY keyboard says there.
+it("holds nothing once each pressed key is released, whatever its events omit", () => {
+  // The codes, and what an AZERTY keyboard has there.
   const keys = ["KeyW z", "KeyA q", "KeyQ a", "ArrowUp ArrowUp", "Numpad8 ArrowUp", "Digit1 1"];
   const between = numbers(5);
   const whole = (most: number) => Math.floor(between(0, most));
@@ -50,7 +50,7 @@ it("holds nothing once each pressed key was released, whatever its events do not
   }
 });
 
-it("lets go of a key without a code that neither repeats nor comes up", () => {
+it("releases a key without a code that neither repeats nor comes up", () => {
   down.press(event("", "ArrowUp"));
   vi.advanceTimersByTime(UNHEARD_MS - 1);
   expect(down.press(event("", "ArrowUp", { repeat: true }))).toBe(false);
@@ -61,14 +61,14 @@ it("lets go of a key without a code that neither repeats nor comes up", () => {
   expect(down.press(event("", "ArrowUp"))).toBe(true);
 });
 
-it("waits for no release of what is pressed with Meta, of which macOS tells none", () => {
+it("waits for no release of a key pressed with Meta, which macOS does not report", () => {
   expect(down.press(event("KeyW", "w", { metaKey: true }))).toBe(true);
   expect(down.names).toEqual([]);
   expect(down.press(event("KeyW", "w"))).toBe(true);
   expect(down.names).toEqual(["KeyW"]);
 });
 
-it("releases of two keys without a code only the one that comes up", () => {
+it("releases only the lifted one of two keys without a code", () => {
   down.press(event("", "ArrowUp"));
   down.press(event("", "ArrowLeft"));
   down.lift(event("", "ArrowUp"));
@@ -98,7 +98,7 @@ it.each([
   expect(codeOf({ code, key, ...more })).toBe(is);
 });
 
-it("lets go of both where a release without a code may be of either", () => {
+it("releases both if a release without a code may belong to either", () => {
   down.press(event("Numpad8", "ArrowUp"));
   down.press(event("", "ArrowUp"));
   down.lift(event("", "ArrowUp"));

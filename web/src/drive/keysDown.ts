@@ -1,8 +1,8 @@
 import { codeOf, type KeyTelling, toldCode, toldKey } from "./codeOf";
 
 /**
- * For so long a key without a code counts as held when neither a repeat nor a release comes, which
- * some on-screen keyboards never send. Systems wait for less before they repeat a key.
+ * How long a key without a code counts as held without a repeat or a release, which some on-screen
+ * keyboards never send. Systems start to repeat a key sooner.
  */
 export const UNHEARD_MS = 2000;
 
@@ -15,9 +15,9 @@ interface Down {
 }
 
 /**
- * Which keys are down. A release counts for the press of the same code, or of the same name where
- * neither has a code. Whatever else it may be of is let go, too: all of the other kind, and all at
- * all where it is of nothing that is known. So as many releases as presses leave nothing held.
+ * Which keys are down. A release ends the press of the same code, or the same name without codes.
+ * As only one of the two events may have a code, it also ends all presses of the other kind; one
+ * that matches no press ends all. So as many releases as presses leave nothing held.
  */
 export class KeysDown {
   #down = new Map<string, Down>();
@@ -25,7 +25,7 @@ export class KeysDown {
   /** `release` is called for each key that is no longer down, but not by `clear`. */
   constructor(private readonly release: (holder: string) => void) {}
 
-  /** The keys that are down, as `codeOf` says them. */
+  /** The keys that are down, named by `codeOf`. */
   get names(): string[] {
     return [...this.#down.values()].map(({ name }) => name);
   }
@@ -38,7 +38,7 @@ export class KeysDown {
   press(event: KeyPress): boolean {
     const [holder, name] = [holderOf(event), codeOf(event)];
     const isNew = !(event.repeat || this.#down.has(holder));
-    // Of what tells nothing, and on macOS while Meta is down, no release can be waited for.
+    // No release comes for an unidentified key, nor on macOS while Meta is down.
     if (name === "" || event.metaKey) return isNew;
     clearTimeout(this.#down.get(holder)?.timer);
     const hasCode = toldCode(event) !== "";
@@ -68,7 +68,7 @@ export class KeysDown {
   }
 }
 
-/** Who holds what this key holds, by what its event tells. */
+/** The holder for the key of this event. */
 export function holderOf(event: KeyTelling): string {
   return `key ${toldCode(event) || JSON.stringify(toldKey(event).toLowerCase())}`;
 }

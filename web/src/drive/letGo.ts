@@ -3,8 +3,8 @@ export interface LetGoOptions {
   /** Releases everything at once. */
   letGo: () => void;
   /**
-   * Releases what this finger holds, and what it began if the system has taken it away; returns
-   * false if that is nothing.
+   * Releases what this finger holds, and what it began if the system has cancelled the touch;
+   * returns false if that is nothing.
    */
   lift: (pointerId: number, isCancelled: boolean) => boolean;
   signal: AbortSignal;
@@ -12,8 +12,8 @@ export interface LetGoOptions {
 
 /**
  * Releases the controls when the page can no longer know that they are held: the window loses the
- * keyboard, the page is hidden, frozen or left, a menu opens over it, or the system cancels a
- * touch. A lifted finger counts anywhere, in case its own button does not get the event.
+ * focus, the page is hidden, frozen or left, a menu opens over it, or the system cancels a touch. A
+ * lifted finger counts anywhere, in case its own button does not get the event.
  */
 export function listenLetGo(window: Window, { letGo, lift, signal }: LetGoOptions): void {
   const { document } = window;

@@ -1,52 +1,52 @@
-/** When what is held and set of the robot's controls is sent; what that is: `operating.ts`. */
+/** When the robot's held and set controls are sent; which they are: `operating.ts`. */
 
 import type { Operate, Operated, Sentence } from "../messages";
 
 export interface OperateSenderOptions {
-  /** What is held now, by the controls' names. */
+  /** The values of the controls held now, by name. */
   held: () => Record<string, number>;
   /** The turn's number while this page drives, else 0. */
   turn: () => number;
   /** The time on the server's clock, null while the clocks are not aligned. */
   serverMs: () => number | null;
-  /** The newest beat heard from the server, null before the first. */
+  /** The newest beat received from the server, null before the first. */
   beat: () => string | null;
   send: (operate: Operate, urgent: boolean) => void;
-  /** Called when the page hung and has yet to process the input of that time. */
+  /** Called if the page hung, and so has not yet processed the input of that time. */
   hung: () => void;
   /** Called whenever `wanted` changes. */
   wants: (wanted: Readonly<Record<string, number>>) => void;
-  /** Something has no effect: why, or null if it did not arrive. */
+  /** Called when something has no effect, with the reason; null if it did not arrive. */
   refused: (why: Sentence | null) => void;
 }
 
 interface Wish {
   value: number;
   sinceMs: number;
-  /** When the server took it; it is shown until the room says so, too. */
+  /** When the server accepted it; it stays shown until the room confirms it, too. */
   takenMs: number | null;
 }
 
-/** As often as a set-point at its slowest: what is held counts no longer than one. */
+/** The interval of set-points at their slowest: the server holds a control no longer than one. */
 const EVERY_MS = 50;
-/** What is set is repeated no more often than the server takes it. */
+/** Set values are repeated within the server's rate limit. */
 const WISHES_EVERY_MS = 110;
 const MOST_WISHES = 2;
-/** As for a set-point, since the channel may lose any of them. */
+/** A release is sent three times, as for set-points, since the channel may lose any of them. */
 const AGAIN_AFTER_MS = [45, 90] as const;
-/** A wish that has not arrived by then is given up, so that it comes true at no odd time. */
+/** A value that has not arrived by then is dropped, so that it takes no unexpected effect. */
 const GIVE_UP_MS = 3000;
-/** The room tells of it within so long. */
+/** The room confirms an accepted value within this time. */
 const TOLD_WITHIN_MS = 1500;
 const HUNG_MS = 500;
-/** Answers to older ones no longer matter. */
+/** Answers to older messages no longer matter. */
 const REMEMBERED = 64;
 
 /**
- * Says all that is held of the robot's controls while anything is, and what this page sets until it
- * has arrived: the channel may lose every message.
+ * Repeats all held controls while any is held, and each set value until the server has answered:
+ * the channel may lose any message.
  *
- * Its timer runs on the main thread on purpose, as that of `CommandSender` does.
+ * The timer runs on the main thread on purpose, as in `CommandSender`.
  */
 export class OperateSender {
   #seq = 0;
@@ -59,35 +59,35 @@ export class OperateSender {
 
   constructor(private readonly options: OperateSenderOptions) {}
 
-  /** Sets a control, now and again until it has arrived. */
+  /** Sends a control's value, and repeats it until the server has answered. */
   set(name: string, value: number): void {
     this.#wishes.set(name, { value, sinceMs: performance.now(), takenMs: null });
     this.#tell();
-    // A slider that is dragged sets something all the time; its newest value goes with the next.
+    // A dragged slider sets values all the time; the newest goes with the next message.
     if (performance.now() - this.#wishedMs >= WISHES_EVERY_MS) this.send();
     else this.#schedule();
   }
 
-  /** Sends what is held and set, now; then as long as there is something. */
+  /** Sends what is held and set now, and repeats it while there is anything. */
   send(urgent = false): void {
     this.#say(urgent);
     this.#schedule();
   }
 
-  /** Says that something was released, now and twice more. */
+  /** Sends the state after a release, now and twice more. */
   repeat(): void {
     for (const timer of this.#repeats.splice(0)) clearTimeout(timer);
     this.send(true);
     this.#repeats = AGAIN_AFTER_MS.map((ms) => setTimeout(() => this.#say(true), ms));
   }
 
-  /** Says it three times at once: the browser may let the page do nothing after this. */
+  /** Sends the state three times at once: the browser may not let the page run again. */
   repeatAtOnce(): void {
     for (const _ of AGAIN_AFTER_MS) this.#say(true);
     this.repeat();
   }
 
-  /** Gives up what has not arrived, as when nobody may set it any more. */
+  /** Drops the values that have not arrived, as when the user may no longer set them. */
   forget(): void {
     if (this.#wishes.size === 0) return;
     this.#wishes.clear();
@@ -108,7 +108,7 @@ export class OperateSender {
     return true;
   }
 
-  /** Handles what the room says of the controls that were set. */
+  /** Forgets the accepted values that the room now shows. */
   told(values: Readonly<Record<string, number>>): void {
     const before = this.#wishes.size;
     for (const [name, { value, takenMs }] of this.#wishes) {

@@ -65,7 +65,7 @@ const newest = () => sent.at(-1);
 const answer = (seq = newest()?.seq ?? -1, why: Sentence | null = null) =>
   operating.answered({ type: "operated", seq, refused: why });
 
-/** How many messages go out in this time. */
+/** How many messages are sent in this time. */
 function sentIn(ms: number): number {
   const before = sent.length;
   vi.advanceTimersByTime(ms);
@@ -76,8 +76,8 @@ function roomHas(controls: Record<string, number>): void {
   state.room.value = { ...room({ operator: ADA, number: 7 }), controls };
 }
 
-describe("what is held", () => {
-  it("is said at once, twenty times a second, and no more once it is released", () => {
+describe("a held control", () => {
+  it("is sent at once, twenty times a second, and not after its release", () => {
     operating.press("finger", "horn");
     expect(newest()).toEqual({
       type: "operate",
@@ -99,7 +99,7 @@ describe("what is held", () => {
     expect(state.heldControls.value).toEqual(new Set());
   });
 
-  it("is held as long as any holder holds it", () => {
+  it("stays held while any holder holds it", () => {
     operating.press("finger", "horn");
     operating.press("finger", "spin"); // which holds the horn already
     operating.press("key", "horn");
@@ -109,12 +109,12 @@ describe("what is held", () => {
     expect(newest()?.held).toEqual({});
   });
 
-  it("is no more than one message has room for", () => {
+  it("is one of no more than fit into a message", () => {
     for (const name of ["a", "b", "c", "d", "e"]) operating.press(name, name);
     expect(Object.keys(newest()?.held ?? {})).toEqual(["a", "b", "c", "d"]);
   });
 
-  it("counts as driving where it moves, and only there", () => {
+  it("counts as driving only if it moves something", () => {
     operating.press("finger", "horn");
     expect(input.isHolding).toBe(false);
     operating.press("other", "spin");
@@ -123,7 +123,7 @@ describe("what is held", () => {
     expect(newest()?.held).toEqual({ horn: 1 });
   });
 
-  it("does not begin to move while driving is not possible", () => {
+  it("cannot start to move while driving is not possible", () => {
     input.disable();
     operating.press("finger", "spin");
     operating.slide("lift", 0.5);
@@ -132,7 +132,7 @@ describe("what is held", () => {
     expect(newest()?.held).toEqual({ horn: 1 });
   });
 
-  it("is released when the page hung, for nobody knows what happened meanwhile", () => {
+  it("is released after the page hung, since input may have been missed", () => {
     operating.press("finger", "horn");
     const hungMs = performance.now() + 700;
     vi.spyOn(performance, "now").mockImplementation(() => hungMs);
@@ -141,7 +141,7 @@ describe("what is held", () => {
     vi.restoreAllMocks();
   });
 
-  it("is not said while the clocks are not aligned", () => {
+  it("is not sent while the clocks are not aligned", () => {
     serverMs = null;
     operating.press("finger", "horn");
     expect(sentIn(500)).toBe(0);
@@ -149,7 +149,7 @@ describe("what is held", () => {
     expect(sentIn(50)).toBe(1);
   });
 
-  it("is let go of when it is refused, and the reason is said once", () => {
+  it("is released when refused, and the reason is shown once", () => {
     const why = { code: "control.stopped" };
     operating.press("finger", "spin");
     answer(newest()?.seq, why);
@@ -158,7 +158,7 @@ describe("what is held", () => {
     expect(input.isHolding).toBe(false);
   });
 
-  it("is let go of three times within one task, if anything is held", () => {
+  it("is released with three messages within one task", () => {
     operating.letGo();
     expect(sent).toEqual([]);
     operating.press("finger", "horn");
@@ -168,8 +168,8 @@ describe("what is held", () => {
   });
 });
 
-describe("a slider that moves", () => {
-  it("moves once it is slid, and no longer than it is held", () => {
+describe("a slider that moves something", () => {
+  it("moves once it is slid, and only while it is held", () => {
     operating.press("finger", "lift");
     expect(newest()?.held).toEqual({});
     operating.slide("lift", 0.25);
@@ -182,7 +182,7 @@ describe("a slider that moves", () => {
     expect(newest()?.held).toEqual({});
   });
 
-  it("is held for a moment after each change where nobody tells of a release", () => {
+  it("stays held for a moment after each change if no release is reported", () => {
     operating.slide("lift", 0.25);
     vi.advanceTimersByTime(250);
     operating.slide("lift", 0.3);
@@ -194,8 +194,8 @@ describe("a slider that moves", () => {
   });
 });
 
-describe("what is set", () => {
-  it("is said at once and again until it has arrived, and shown meanwhile", () => {
+describe("a set value", () => {
+  it("is sent at once, repeated until it has arrived, and shown meanwhile", () => {
     operating.toggle("lamp");
     expect(newest()?.wanted).toEqual({ lamp: 1 });
     expect(state.wantedControls.value).toEqual({ lamp: 1 });
@@ -210,7 +210,7 @@ describe("what is set", () => {
     expect(newest()?.wanted).toEqual({ lamp: 0 });
   });
 
-  it("is shown until it has arrived, whatever the room says meanwhile", () => {
+  it("is shown until it has arrived, whatever the room state says meanwhile", () => {
     operating.toggle("lamp");
     roomHas({ lamp: 1 });
     roomHas({ lamp: 0 });
@@ -220,7 +220,7 @@ describe("what is set", () => {
     expect(state.wantedControls.value).toEqual({ lamp: 1 });
   });
 
-  it("arrives though nine of ten messages and answers are lost", () => {
+  it("arrives although nine of ten messages and answers are lost", () => {
     operating.set("light", 1);
     vi.advanceTimersByTime(1200);
     answer(sent[0]?.seq);
@@ -228,7 +228,7 @@ describe("what is set", () => {
     expect(refused).toEqual([]);
   });
 
-  it("is not taken for what was set before it", () => {
+  it("is not confirmed by the answer to an earlier value", () => {
     operating.set("dim", 10);
     const first = newest()?.seq;
     vi.advanceTimersByTime(120);
@@ -240,7 +240,7 @@ describe("what is set", () => {
     expect(sentIn(1000)).toBe(0);
   });
 
-  it("goes with what is held, no more often than the server takes it", () => {
+  it("is sent with held controls, within the server's rate limit", () => {
     operating.press("finger", "horn");
     for (let value = 0; value < 100; value++) {
       operating.slide("dim", value);
@@ -253,7 +253,7 @@ describe("what is set", () => {
     expect(sent.findLast(({ wanted }) => "dim" in wanted)?.wanted).toEqual({ dim: 99 });
   });
 
-  it("goes two at a time", () => {
+  it("is sent two at a time", () => {
     operating.set("lamp", 1);
     operating.set("dim", 5);
     operating.set("light", 1);
@@ -264,7 +264,7 @@ describe("what is set", () => {
     expect(newest()?.wanted).toEqual({ light: 1 });
   });
 
-  it("is given up when it does not arrive, which is said", () => {
+  it("is dropped if it does not arrive, with a notice", () => {
     operating.toggle("lamp");
     vi.advanceTimersByTime(3200);
     expect(refused).toEqual([null]);
@@ -272,7 +272,7 @@ describe("what is set", () => {
     expect(sentIn(1000)).toBe(0);
   });
 
-  it("is shown as the room has it when it is refused, or nobody tells of it", () => {
+  it("falls back to the room state if it is refused or never confirmed", () => {
     const why = { code: "control.not_yours" };
     operating.toggle("lamp");
     answer(newest()?.seq, why);
@@ -286,24 +286,24 @@ describe("what is set", () => {
     expect(refused).toEqual([why]);
   });
 
-  it("is forgotten when a turn ends", () => {
+  it("is dropped when a turn ends", () => {
     operating.set("dim", 5);
     state.room.value = room({ operator: BOB, watching: [ADA], number: 8 });
     expect(state.wantedControls.value).toEqual({});
     expect(sentIn(1000)).toBe(0);
   });
 
-  it("ignores answers to what it has not asked", () => {
+  it("ignores answers to unknown messages", () => {
     operating.toggle("lamp");
     answer(99);
     expect(state.wantedControls.value).toEqual({ lamp: 1 });
   });
 });
 
-describe("who may", () => {
+describe("permission", () => {
   const names = () => state.usableControls.value.map(({ name }) => name);
 
-  it("is decided by the roles that the host has given each", () => {
+  it("depends on the roles that the host has set", () => {
     expect(names()).toEqual(CONTROLS.map(({ name }) => name));
     state.room.value = room({ operator: BOB, watching: [ADA], number: 8 });
     expect(names()).toEqual(["lamp"]);
@@ -317,7 +317,7 @@ describe("who may", () => {
     expect(newest()).toMatchObject({ turn: 0, held: { horn: 1 } });
   });
 
-  it("is nobody without a connection, or who watches in a room", () => {
+  it("needs a connection to the robot's server", () => {
     state.isInRoom.value = true;
     expect(names()).toEqual([]);
     state.isInRoom.value = false;
@@ -328,7 +328,7 @@ describe("who may", () => {
     expect(names()).toEqual([]);
   });
 
-  it("is no operator while the person aboard has the robot", () => {
+  it("is denied to the operator while the person aboard has the robot", () => {
     state.room.value = { ...room({ operator: ADA, number: 7 }), aboard: aboard({ mode: "hand" }) };
     expect(names()).toEqual(["lamp"]);
     state.room.value = { ...room({ operator: ADA, number: 7 }), aboard: aboard() };
@@ -343,7 +343,7 @@ describe("a key", () => {
     return event;
   };
 
-  it("holds a button and switches a toggle", () => {
+  it("holds a button and flips a toggle", () => {
     expect(press("keydown", "KeyG").defaultPrevented).toBe(true);
     press("keydown", "KeyG", { repeat: true });
     expect(newest()?.held).toEqual({ horn: 1 });
@@ -357,7 +357,7 @@ describe("a key", () => {
     expect(newest()?.wanted).toEqual({ lamp: 0 });
   });
 
-  it("that the user has given something, or that nothing has, does not", () => {
+  it("does nothing if the user has assigned it, or no control has it", () => {
     state.preferences.value = {
       ...state.preferences.value,
       keys: { ...state.preferences.value.keys, speed: ["KeyG"] },
@@ -368,14 +368,14 @@ describe("a key", () => {
     expect(sent).toEqual([]);
   });
 
-  it("is no use to who may not", () => {
+  it("does nothing without permission", () => {
     state.room.value = room({ operator: BOB, watching: [ADA], number: 8 });
     press("keydown", "KeyG");
     expect(sent).toEqual([]);
   });
 });
 
-it("says nothing of a room that is gone", () => {
+it("ignores a room state that is gone", () => {
   operating.press("finger", "horn");
   state.room.value = null;
   expect(newest()?.held).toEqual({});

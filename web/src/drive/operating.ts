@@ -11,27 +11,27 @@ export interface OperatingOptions {
   serverMs: () => number | null;
   beat: () => string | null;
   send: (operate: Operate, urgent: boolean) => void;
-  /** Says why a control has no effect; null if it did not arrive. */
+  /** Shows why a control has no effect; null if the command did not arrive. */
   refused: (why: Sentence | null) => void;
 }
 
 interface Hold {
   name: string;
-  /** Null for a slider that was taken and not yet moved. */
+  /** Null for a slider that is held but was not moved yet. */
   value: number | null;
   moves: boolean;
 }
 
-/** As `InputState`: a slider does not report every release. */
+/** As in `InputState`: a slider does not report every release. */
 const TOUCH_MS = 300;
-/** What fits into a message, and into one hand. */
+/** As many as fit into a message, and one hand. */
 const MOST_HELD = 4;
 
 /**
- * The robot's controls besides driving: which are held, by which holder, and what is set.
+ * The robot's controls besides driving: which are held, by which holder, and which are set.
  *
- * What moves is held in `InputState`, too: it counts as driving, and whatever lets go of that lets
- * go of it. What only lights or sounds is held here alone.
+ * A control that moves something is held in `InputState`, too: it counts as driving, and whatever
+ * releases that releases it. One that only lights or sounds is held here alone.
  */
 export class Operating {
   #held = new Map<string, Hold>();
@@ -49,14 +49,14 @@ export class Operating {
         state.wantedControls.value = wanted;
       },
     });
-    // A turn that begins or ends, a stop, a lost link: nothing is held on through any of them.
+    // Nothing stays held through the beginning or end of a turn, a stop or a lost link.
     state.drivingTurn.subscribe(() => this.#end());
     state.isConnected.subscribe(() => this.#end());
     state.stopNumber.subscribe(() => this.releaseAll());
     state.room.subscribe((room) => this.#sender.told(room?.controls ?? {}));
   }
 
-  /** Begins to hold a button, or takes a moving slider, which moves only once it is slid. */
+  /** Starts to hold a button, or a slider that moves something; that acts only once it is slid. */
   press(holder: string, name: string): void {
     const control = this.#usable(name);
     if (!control || this.#held.has(holder)) return;
@@ -85,14 +85,14 @@ export class Operating {
     for (const holder of [...this.#held.keys()]) this.release(holder);
   }
 
-  /** Releases everything, and says that three times within the same task. */
+  /** Releases everything, and sends that three times within the same task. */
   letGo(): void {
     if (this.#held.size === 0) return;
     this.releaseAll();
     this.#sender.repeatAtOnce();
   }
 
-  /** Handles a slider: one that moves is held while it is touched, every other one is set. */
+  /** Handles a slider: one that moves something is held while touched, any other is set. */
   slide(name: string, value: number): void {
     const control = this.#usable(name);
     if (!control) return;
@@ -102,7 +102,7 @@ export class Operating {
     }
     const holders = [...this.#held].filter(([, hold]) => hold.name === name);
     if (holders.length === 0) {
-      // Moved by what is no finger and no key, as assistive technology may.
+      // Slid without finger or key, as assistive technology may.
       const holder = `touch ${name}`;
       this.press(holder, name);
       const hold = this.#held.get(holder);
@@ -119,21 +119,21 @@ export class Operating {
     if (this.#usable(name)) this.#sender.set(name, value);
   }
 
-  /** Switches a toggle to what it does not show. */
+  /** Flips a toggle from what it shows. */
   toggle(name: string): void {
     const { wantedControls, room } = this.options.state;
     const shown = wantedControls.peek()[name] ?? room.peek()?.controls[name] ?? 0;
     this.set(name, shown === 0 ? 1 : 0);
   }
 
-  /** Handles that something was released which holds what moves. */
+  /** Releases the moving controls whose holders `InputState` has released. */
   inputChanged(): void {
     const { input } = this.options;
     const gone = [...this.#held].filter(([holder, { moves }]) => moves && !input.isHeldBy(holder));
     for (const [holder] of gone) this.release(holder);
   }
 
-  /** Handles the server's answer; what is refused is let go of, so that it is not said again. */
+  /** Handles the server's answer; a refusal releases everything, so that it is not sent again. */
   answered(operated: Operated): void {
     if (this.#sender.answered(operated)) this.releaseAll();
   }

@@ -10,14 +10,14 @@ const SETTINGS: PadSettings = {
   rests: {},
 };
 
-/** What a pad says on which this was done. */
+/** The reading of a pad after this was done on it. */
 function said(doing: (on: FakePad) => void, more: Partial<FakePad> = {}, settings = {}) {
   const on = pad(more);
   doing(on);
   return readPad(on, { ...SETTINGS, ...settings });
 }
 
-it("asks for nothing while nobody touches it", () => {
+it("asks for nothing while untouched", () => {
   expect(said(() => {})).toEqual({
     motion: { linear: 0, angular: 0 },
     directions: new Set(),
@@ -47,7 +47,7 @@ describe("the sticks", () => {
     expect(reading.held.length === 0).toBe(motion.linear === 0 && motion.angular === 0);
   });
 
-  it("turn by the right one where the user wants it so", () => {
+  it("turn by the right one if the user wants that", () => {
     const { motion } = said(() => {}, { axes: [1, -0.6, -1, 1] }, { turn: "right" });
     expect(motion.linear).toBeCloseTo(0.5, 10);
     expect(motion.angular).toBe(1);
@@ -55,7 +55,7 @@ describe("the sticks", () => {
 });
 
 describe("the triggers", () => {
-  it("go ahead and back", () => {
+  it("drive ahead and back", () => {
     expect(said((on) => push(on, 7, 0.6)).motion.linear).toBeCloseTo(0.5, 10);
     expect(said((on) => push(on, 6)).motion.linear).toBe(-1);
   });
@@ -77,7 +77,7 @@ describe("the triggers", () => {
     ]);
   });
 
-  it("do nothing where the user wants it so", () => {
+  it("do nothing if the user wants that", () => {
     expect(said((on) => push(on, 7), {}, { triggers: false }).motion.linear).toBe(0);
   });
 });
@@ -100,7 +100,7 @@ it.each([
   expect([reading[name], reading.held]).toEqual([true, [{ kind: "button", at }]]);
 });
 
-it("takes only the first stick, Stop and the speed of a layout that it does not know", () => {
+it("uses only the first stick, Stop and speed of an unknown layout", () => {
   const all = (on: FakePad) => {
     for (let at = 0; at < 17; at++) push(on, at);
   };
@@ -119,7 +119,7 @@ it("reads a pad with fewer axes and buttons", () => {
   expect(reading).toMatchObject({ motion: { linear: 0, angular: 0 }, held: [] });
 });
 
-/** What people have plugged in, as the browser tells it while nobody touches it. */
+/** Real pads, as the browser reports them while untouched. */
 const UNTOUCHED: [string, Partial<FakePad>, on?: number[]][] = [
   [
     "a throttle whose mode switch is button 24 of 34",
@@ -145,7 +145,7 @@ const UNTOUCHED: [string, Partial<FakePad>, on?: number[]][] = [
   ["a standard pad with a paddle that is stuck", { mapping: "standard" }, [17]],
 ];
 
-it.each(UNTOUCHED)("takes %s for untouched", (_, more, on = []) => {
+it.each(UNTOUCHED)("counts %s as untouched", (_, more, on = []) => {
   const many = pad().buttons.concat(pad().buttons);
   const push = (to: FakePad) => {
     for (const at of on)
@@ -193,7 +193,7 @@ it.each([
   expect(reading.held).toEqual(held);
 });
 
-describe("an axis with a rest of its own", () => {
+describe("an axis with a stored rest", () => {
   const ahead = (rest: number, value: number) =>
     -said(
       () => {},
@@ -213,7 +213,7 @@ describe("an axis with a rest of its own", () => {
     expect(ahead(rest, value)).toBeCloseTo(is, 3);
   });
 
-  it("is another pad's matter", () => {
+  it("ignores another pad's rest", () => {
     const rests = { Other: [0, -1, 0] };
     expect(said(() => {}, { axes: [0, -1] }, { rests }).motion.linear).toBe(1);
   });

@@ -1,4 +1,4 @@
-/** What a gamepad's sticks and buttons ask for; whether they may drive: `gamepad.ts`. Pure. */
+/** Reads a gamepad's sticks and buttons; whether they may drive: `gamepad.ts`. Pure. */
 
 import { type Response, shaped, shapedAxis } from "./deflection";
 import { DIRECTIONS, type Direction, type Motion } from "./inputState";
@@ -6,23 +6,23 @@ import { DIRECTIONS, type Direction, type Motion } from "./inputState";
 export interface PadSettings extends Response {
   /** The stick that turns. */
   turn: "left" | "right";
-  /** Whether the right trigger goes ahead and the left one back. */
+  /** Whether the right trigger drives ahead and the left one back. */
   triggers: boolean;
-  /** Where the axes rest, by the gamepad's name; 0 for those that are not told. */
+  /** Where the axes rest, by the gamepad's name; 0 where nothing is stored. */
   rests: Readonly<Record<string, readonly number[]>>;
 }
 
-/** What a gamepad says at one moment. */
+/** A gamepad's reading at one moment. */
 export interface PadReading {
   motion: Motion;
-  /** The directions of its cross. */
+  /** The directions pressed on the D-pad. */
   directions: ReadonlySet<Direction>;
   stop: boolean;
   speed: boolean;
   start: boolean;
   /** What keeps it from being neutral. */
   held: readonly PadPart[];
-  /** The axes that count, as the browser says them, and where they rest. */
+  /** The axes that count, as the browser reports them, and where they rest. */
   axes: readonly { at: number; value: number; rest: number }[];
 }
 
@@ -32,18 +32,18 @@ export interface PadPart {
   at: number;
 }
 
-/** What a gamepad can do here: `unknown` has no Start that we could find, `bare` no Stop either. */
+/** What a gamepad can do here: `unknown` has no known Start button, `bare` also no Stop. */
 export type PadLayout = "standard" | "unknown" | "bare";
 
 export type Pad = Pick<Gamepad, "id" | "axes" | "mapping"> & {
   buttons: readonly Pick<GamepadButton, "pressed" | "value">[];
 };
 
-/** Places in the "standard gamepad" of W3C Gamepad: A, B and Start by their names on an Xbox's. */
+/** Indices in W3C Gamepad's "standard gamepad"; on an Xbox's, speed is A and stop is B. */
 const BUTTONS = { speed: 0, stop: 1, leftTrigger: 6, rightTrigger: 7, start: 9 } as const;
 const CROSS: Record<Direction, number> = { forward: 12, back: 13, left: 14, right: 15 };
 
-/** The buttons of a standard gamepad that somebody lets go of; a trigger is let go within the dead zone. */
+/** A standard gamepad's buttons that must be released; a trigger only beyond the dead zone. */
 const LET_GO = [...Array(17).keys()].filter(
   (at) => at !== BUTTONS.leftTrigger && at !== BUTTONS.rightTrigger,
 );
@@ -54,8 +54,8 @@ export function layoutOf({ mapping, buttons }: Pick<Pad, "mapping" | "buttons">)
 }
 
 /**
- * Of a gamepad with an unknown layout only the first stick and the first two buttons count, for
- * being neutral too: a throttle has switches that stay on, and axes that rest at an end. Pure.
+ * Reads a gamepad. With an unknown layout only the first stick and the first two buttons count,
+ * also for being neutral: a throttle has switches that stay on, and axes that rest at an end. Pure.
  */
 export function readPad(pad: Pad, settings: PadSettings): PadReading {
   const isStandard = pad.mapping === "standard";
@@ -76,7 +76,7 @@ export function readPad(pad: Pad, settings: PadSettings): PadReading {
   const triggers = [BUTTONS.leftTrigger, BUTTONS.rightTrigger].filter((at) => trigger(at) !== 0);
   const turn = isSplit ? 2 : 0;
   const sticks = [...(stick.x === 0 ? [] : [turn]), ...(stick.y === 0 ? [] : [1])];
-  // What is hardly moved beside another is not what holds.
+  // Beside an axis outside the dead zone, one inside it does not count as held.
   const aside = sticks.filter((at) => Math.abs(axis(at)) > settings.deadZone);
   return {
     motion,
@@ -93,8 +93,8 @@ export function readPad(pad: Pad, settings: PadSettings): PadReading {
 }
 
 /**
- * What an axis would say that rests at 0 and reaches as far. However short its way to an end is, a
- * tremble within the dead zone is not magnified.
+ * Maps an axis with this rest to one that rests at 0 and reaches -1…1. However short its travel to
+ * an end is, a tremble within the dead zone is not magnified.
  */
 function fromRest(said: number, rest: number, deadZone: number): number {
   if (rest === 0) return said;

@@ -31,7 +31,7 @@ afterEach(() => {
   takeAwayGamepads();
 });
 
-/** Chooses this pad, of an unknown layout if nothing else is said, in a turn of this page. */
+/** Chooses this pad, by default of an unknown layout, in a turn of this page. */
 function chooses(axes: number[], more: Partial<FakePad> = {}): void {
   input = new InputState({ changed: () => {}, deflected: () => {} });
   input.enable();
@@ -56,13 +56,13 @@ function chooses(axes: number[], more: Partial<FakePad> = {}): void {
   vi.advanceTimersByTime(50);
 }
 
-/** Says this of an axis for so long. */
+/** Holds an axis at this value for this long. */
 function says(at: number, value: number, ms = 50): void {
   mine.axes[at] = value;
   vi.advanceTimersByTime(ms);
 }
 
-/** Tells that the axes rest where they stand, as the page does. */
+/** Stores the axes' current positions as their rests, as the page does. */
 function rests(): void {
   const told = gamepad.restNow();
   expect(told).not.toBeNull();
@@ -71,7 +71,7 @@ function rests(): void {
 
 const axis = (at: number) => ({ kind: "axis", at });
 
-it("moves nothing, whatever is said, by an axis that was not seen at its rest before", () => {
+it("moves nothing by an axis that was never seen at its rest", () => {
   const between = numbers(34);
   const one = <T>(of: readonly T[]) => of[Math.floor(between(0, of.length))] as T;
   let moved = 0;
@@ -88,7 +88,7 @@ it("moves nothing, whatever is said, by an axis that was not seen at its rest be
     let [stoodMs, hasStood] = [50, false];
     for (let step = 0; step < 30; step++) {
       const ms = one([8, 16, 100, 300, 600]);
-      // Most of the time one goes where another goes on standing.
+      // Most of the time one axis moves while another stays still.
       const at = one([0, 1]);
       mine.axes[at] = one([0, own[at] ?? 0, own[at] ?? 0, 0.004, 0.3, -0.6, -1, 1]);
       const isAway = (at: number) => Math.abs((mine.axes[at] ?? 0) - (own[at] ?? 0)) > DEAD_ZONE;
@@ -114,8 +114,8 @@ it("moves nothing, whatever is said, by an axis that was not seen at its rest be
   expect(moved).toBeGreaterThan(50);
 });
 
-describe("an axis that has only said 0", () => {
-  it("drives nothing by its first jump, and is named where it stays", () => {
+describe("an axis that has only reported 0", () => {
+  it("moves nothing by its first jump, and is named if it stays there", () => {
     chooses([0, 0]);
     says(1, 0, 600);
     expect(state.isReady).toBe(true);
@@ -124,7 +124,7 @@ describe("an axis that has only said 0", () => {
     expect(state).toMatchObject({ isReady: false, held: [axis(1)] });
   });
 
-  it("drives by its second push, where it came back meanwhile", () => {
+  it("drives by its second push if it came back in between", () => {
     chooses([0, 0]);
     says(1, 0, 600);
     says(1, -0.8);
@@ -133,7 +133,7 @@ describe("an axis that has only said 0", () => {
     expect(input.motion.linear).toBeGreaterThan(0);
   });
 
-  it("drives at once where it begins within the dead zone, or by a layout that says its middle", () => {
+  it("drives at once if it starts within the dead zone, or with a standard layout", () => {
     chooses([0, 0]);
     says(1, 0, 600);
     says(1, -0.05);
@@ -146,15 +146,15 @@ describe("an axis that has only said 0", () => {
   });
 });
 
-it("is not ready while an axis that rests at an end passes its middle", () => {
+it("is not ready while an axis that rests at an end crosses its middle", () => {
   chooses([0, -1]);
   for (const value of [-0.5, 0, 0.5, 1, 0.5, 0, -0.5, -1]) says(1, value, 60);
   expect(input.isHolding).toBe(false);
   expect(state.held).toEqual([axis(1)]);
 });
 
-describe("a rest of one's own", () => {
-  it("is taken of the axes that hold, once they stood still for a second", () => {
+describe("a stored rest", () => {
+  it("is taken from the axes that hold, once they were still for a second", () => {
     chooses([0.02, -0.6]);
     vi.advanceTimersByTime(900);
     expect(gamepad.restNow()).toBeNull();
@@ -166,7 +166,7 @@ describe("a rest of one's own", () => {
     expect(gamepad.restNow()).toEqual([0, -0.94, 0]);
   });
 
-  it("drives once it stood there, was moved away and came back, and in the next turn at once", () => {
+  it("drives once the axis was there, moved away and came back; in the next turn at once", () => {
     chooses([0, -1], { id: "Pedals" });
     says(1, -1, 1100);
     rests();
@@ -187,7 +187,7 @@ describe("a rest of one's own", () => {
     expect(input.isHolding).toBe(true);
   });
 
-  it("is no stick's that was held meanwhile", () => {
+  it("is not taken from a stick that was held meanwhile", () => {
     chooses([0, 0.004]);
     says(1, -0.6, 1100);
     rests();
@@ -206,7 +206,7 @@ describe("a rest of one's own", () => {
     expect(input.motion.linear).toBeGreaterThan(0);
   });
 
-  it("is not told of a pad that is not read, or none", () => {
+  it("is unknown for a pad that is not read, or for none", () => {
     chooses([0, -1]);
     says(1, -1, 1100);
     vi.mocked(document.hasFocus).mockReturnValue(false);
@@ -217,7 +217,7 @@ describe("a rest of one's own", () => {
   });
 });
 
-it("moves nothing because its dead zone was made smaller", () => {
+it("moves nothing when its dead zone is made smaller", () => {
   settings = { ...settings, deadZone: 0.3 };
   chooses([0, 0.2]);
   says(1, 0.2, 600);
@@ -228,8 +228,8 @@ it("moves nothing because its dead zone was made smaller", () => {
   expect(state.held).toEqual([axis(1)]);
 });
 
-describe("what people have met", () => {
-  it("a pad whose tool has closed, or that is gone and still listed, lets go after 10 s, and says so", () => {
+describe("real cases", () => {
+  it("a pad whose tool has closed, or that is gone but listed, releases after 10 s", () => {
     chooses([0, 0], { mapping: "standard" });
     says(1, -0.637, FROZEN_MS - 100);
     expect(input.isHolding).toBe(true);
@@ -242,7 +242,7 @@ describe("what people have met", () => {
     expect(input.isHolding).toBe(true);
   });
 
-  it("a stick in a hand goes on, by whatever on it says something new", () => {
+  it("a held stick continues while anything on its pad changes", () => {
     chooses([0, 0], { mapping: "standard" });
     says(1, -1, 9000);
     says(3, 0.004, 9000);
@@ -251,7 +251,7 @@ describe("what people have met", () => {
     expect(input.motion.linear).toBe(1);
   });
 
-  it("a keyboard listed as a pad moves nothing, whatever it says of its axes", () => {
+  it("a keyboard listed as a pad moves nothing, whatever its axes report", () => {
     for (const axes of [[], [-1, -1], [0, 1, 0, 1], [Number.NaN, 1]]) {
       chooses(axes, { id: "Wired Keyboard 600", buttons: [] });
       vi.advanceTimersByTime(2000);
@@ -261,7 +261,7 @@ describe("what people have met", () => {
     }
   });
 
-  it("a stick that drifts is named, and drives by its own rest", () => {
+  it("a drifting stick is named, and drives relative to its stored rest", () => {
     chooses([0, 0.22, 0, 0], { mapping: "standard" });
     says(1, 0.22, 1100);
     expect(state.held).toEqual([axis(1)]);
@@ -275,7 +275,7 @@ describe("what people have met", () => {
     expect(input.motion.linear).toBe(1);
   });
 
-  it("a right stick that says something until it is tapped turns nothing until then", () => {
+  it("a right stick that is off-centre until tapped turns nothing until then", () => {
     settings = { ...settings, turn: "right" };
     chooses([0, 0, 0.9, -0.9], { mapping: "standard" });
     vi.advanceTimersByTime(2000);

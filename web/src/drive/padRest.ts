@@ -1,20 +1,20 @@
-/** When a gamepad is believed, and counts as let go; what follows: `gamepad.ts`. Pure. */
+/** When a gamepad can be trusted, and counts as released; what follows: `gamepad.ts`. Pure. */
 
 import type { Pad, PadReading } from "./padReading";
 
-/** Longer than an axis that rests at an end takes to pass its middle. */
+/** Longer than an axis that rests at an end takes to cross its middle. */
 const STOOD_MS = 500;
-/** A hand that holds a stick trembles; for so long it seldom stands. */
+/** A hand on a stick trembles; it is rarely still for this long. */
 const STILL_MS = 1000;
 const TREMBLE = 0.05;
-/** A pad whose tool has closed says its last for ever; one in a hand says something new before. */
+/** A pad whose driver tool has closed repeats its last values; a held one changes sooner. */
 export const FROZEN_MS = 10_000;
-/** After so long without a reading, what was let go and pushed again meanwhile is not known. */
+/** After this long without a reading, a release and a new push may have been missed. */
 const LATE_MS = 250;
 
 /**
- * Whether a gamepad has shown where it rests, since it was chosen or set otherwise. Only a standard
- * layout promises that 0 is the middle. Pure: takes the time of each reading.
+ * Whether a gamepad has shown where it rests since it was chosen or its settings changed. Only a
+ * standard layout promises that 0 is the middle. Pure: takes the time of each reading.
  */
 export class PadRest {
   #readMs: number | null = null;
@@ -28,14 +28,14 @@ export class PadRest {
   #moved = new Set<number>();
   #unmoved: readonly number[] = [];
 
-  /** The axes with a rest of their own that are still to be moved away and let go. */
+  /** The axes with a stored rest that must still be moved and released. */
   get unmoved(): readonly number[] {
     return this.#hasStood ? this.#unmoved : [];
   }
 
   /**
-   * Takes the next reading; says why the pad cannot be believed any more: it was read late, has said
-   * nothing new for long, or an axis said its first, and that is away from its rest.
+   * Adds a reading; returns why the pad can no longer be trusted: it was read late, it is held but
+   * has not changed for long, or an axis's first value is away from its rest.
    */
   doubt(pad: Pad, { held, axes }: PadReading, nowMs: number): "late" | "jumped" | "frozen" | null {
     const isLate = this.#readMs !== null && nowMs - this.#readMs > LATE_MS;
@@ -57,7 +57,7 @@ export class PadRest {
     let hasJumped = false;
     for (const { at, value, rest } of axes) {
       if (rest !== 0 && this.#hasStood && isAside(at)) this.#moved.add(at);
-      // Some say exactly 0 until they are touched, and rest elsewhere.
+      // Some axes report exactly 0 until they are touched, and rest elsewhere.
       if (value === 0 || this.#heard.has(at)) continue;
       this.#heard.add(at);
       hasJumped ||= !isKnown && rest === 0 && isAside(at);
@@ -70,14 +70,14 @@ export class PadRest {
     return held.length > 0 && nowMs - this.#saidMs >= FROZEN_MS ? "frozen" : null;
   }
 
-  /** Whether all of it is let go, as far as that can be known. */
+  /** Whether everything is released, as far as can be known. */
   isLetGo(pad: Pad, { held, axes }: PadReading, nowMs: number): boolean {
     const isPlain = pad.mapping === "standard" && axes.every(({ rest }) => rest === 0);
     if (isPlain) return held.length === 0;
     return this.#stood(nowMs) && this.#unmoved.length === 0;
   }
 
-  /** Whether the axes that count have stood still for a second. */
+  /** Whether the axes that count have been still for a second. */
   isStill(nowMs: number): boolean {
     const isRead = this.#readMs !== null && nowMs - this.#readMs <= LATE_MS;
     return isRead && nowMs - this.#stillMs >= STILL_MS;

@@ -58,7 +58,7 @@ function drivesBy(way: Way): void {
   state.preferences.value = { ...state.preferences.value, way, stepMs: 1000 };
 }
 
-/** Holds on with a gamepad that was chosen and let go of. */
+/** Drives with a gamepad that was chosen and released once. */
 function byPad(hold: () => void): () => void {
   return () => {
     plugIn(pads);
@@ -85,7 +85,7 @@ const byFinger = (way: Way) => () => {
   controller.ways.press(finger, "forward");
 };
 
-/** Every way to drive: how it begins, and how it goes on while nobody lets go. */
+/** Every way to drive: how it begins, and how it continues while held. */
 const INPUTS: Record<string, [begin: () => void, goOn?: () => void]> = {
   "a key": [() => key("keydown", "ArrowUp"), () => key("keydown", "ArrowUp", true)],
   "a button": [byFinger("hold")],
@@ -143,7 +143,7 @@ const hide = () => {
   document.dispatchEvent(new Event("visibilitychange"));
 };
 
-/** Everything that lets go, for every way to drive. */
+/** Everything that releases, for every way to drive. */
 const RELEASES: Record<string, () => void> = {
   blur: () => window.dispatchEvent(new Event("blur")),
   hidden: hide,
@@ -283,7 +283,7 @@ describe("a click", () => {
     expect(sent.at(-1)).toMatchObject({ held: false, linear: 0 });
   });
 
-  it("is not ended by what the control takes for itself", () => {
+  it("is not ended by a key that a control handles", () => {
     const event = new PointerEvent("pointerdown", { cancelable: true });
     event.preventDefault();
     window.dispatchEvent(event);

@@ -22,13 +22,13 @@ afterEach(() => {
   scanner.end();
 });
 
-it("offers one after another, Stop among them, and begins again", () => {
+it("cycles through the items, Stop among them", () => {
   scanner.begin(false);
   vi.advanceTimersByTime(5000);
   expect(offered).toEqual(["forward", "left", "right", "back", "stop", "forward"]);
 });
 
-it("chooses what is offered, and offers it once more for as long", () => {
+it("chooses the offered item, and offers it again for as long", () => {
   scanner.begin(false);
   vi.advanceTimersByTime(1900);
   scanner.select();
@@ -40,7 +40,7 @@ it("chooses what is offered, and offers it once more for as long", () => {
   expect(offered.at(-1)).toBe("right");
 });
 
-it("waits for the second switch where there are two", () => {
+it("waits for the second switch if there are two", () => {
   dwellMs = null;
   scanner.begin(false);
   vi.advanceTimersByTime(60_000);
@@ -50,7 +50,7 @@ it("waits for the second switch where there are two", () => {
   expect(choose).toHaveBeenCalledExactlyOnceWith("left");
 });
 
-it("offers only the release of a stop in force", () => {
+it("offers only the release while a stop is in force", () => {
   scanner.begin(true);
   vi.advanceTimersByTime(2500);
   expect(new Set(offered)).toEqual(new Set(["release"]));
@@ -58,7 +58,7 @@ it("offers only the release of a stop in force", () => {
   expect(choose).toHaveBeenCalledExactlyOnceWith("release");
 });
 
-it("offers and chooses nothing before it begins and after it ended", () => {
+it("offers and chooses nothing before its start and after its end", () => {
   scanner.select();
   scanner.next();
   scanner.begin(false);

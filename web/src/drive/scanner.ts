@@ -1,11 +1,11 @@
-/** What is offered to whoever drives by one or two switches, in which order, and for how long. */
+/** What is offered to a user with one or two switches, in which order, and for how long. */
 
 import type { Direction } from "./inputState";
 
-/** What a switch can choose: `release` is that of the stop in force. */
+/** What a switch can choose; `release` releases the stop in force. */
 export type ScanItem = Direction | "stop" | "release";
 
-/** What follows each; where the robot is stopped there is nothing else to choose. */
+/** What follows each item; while the robot is stopped, only the release is offered. */
 const NEXT: Record<ScanItem, ScanItem> = {
   forward: "left",
   left: "right",
@@ -16,21 +16,21 @@ const NEXT: Record<ScanItem, ScanItem> = {
 };
 
 export interface ScannerOptions {
-  /** How long each is offered; null if a second switch moves on. */
+  /** How long each item is offered; null if a second switch moves on. */
   dwellMs: () => number | null;
   /** Shows what is offered, null for nothing. */
   offer: (item: ScanItem | null) => void;
   choose: (item: ScanItem) => void;
 }
 
-/** Offers one thing after another to somebody who has one or two switches. */
+/** Offers one item after another to a user with one or two switches. */
 export class Scanner {
   #item: ScanItem | null = null;
   #timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly options: ScannerOptions) {}
 
-  /** Begins with ahead, which is chosen most. */
+  /** Starts with ahead, which is chosen most. */
   begin(isStopped: boolean): void {
     this.#offer(isStopped ? "release" : "forward");
   }
@@ -45,7 +45,7 @@ export class Scanner {
     if (this.#item !== null) this.#offer(NEXT[this.#item]);
   }
 
-  /** Chooses what is offered, and offers it once more, since the same step often follows. */
+  /** Chooses the offered item and offers it again, since the same step often follows. */
   select(): void {
     if (this.#item === null) return;
     this.#dwell();

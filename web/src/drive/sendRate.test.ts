@@ -3,7 +3,7 @@ import { SendRate } from "./sendRate";
 
 const WIDE = { linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 };
 
-it("sends as often as the server allows where there is room", () => {
+it("sends as often as the server allows if there is room", () => {
   expect(new SendRate(50).next(WIDE, 0)).toBe(50);
   expect(new SendRate(30).next(WIDE, 0)).toBe(30);
 });
@@ -18,7 +18,7 @@ it.each([
   expect(new SendRate(50).next({ linkBps, waitingBytes: 0, queuedMs: 0 }, 0)).toBeCloseTo(hz);
 });
 
-it("falls at once when set-points wait, and climbs again by 5 Hz in a second", () => {
+it("falls at once when set-points queue, and climbs again by 5 Hz a second", () => {
   const rate = new SendRate(50);
   rate.next(WIDE, 0);
   expect(rate.next({ ...WIDE, waitingBytes: 400 }, 20)).toBe(20);
@@ -27,7 +27,7 @@ it("falls at once when set-points wait, and climbs again by 5 Hz in a second", (
   expect(rate.next(WIDE, 60_000)).toBe(50);
 });
 
-it("falls at once when the link is found to be thin, and below 20 Hz while even those queue", () => {
+it("falls at once when the link proves thin, and below 20 Hz while even those queue", () => {
   const rate = new SendRate(50);
   const thin = { ...WIDE, linkBps: 50_000 };
   rate.next({ ...WIDE, queuedMs: 300 }, 0);
@@ -47,14 +47,14 @@ it.each([
   expect(rate.restHz).toBe(hz);
 });
 
-it("takes a stall of a wide link for none of its own making", () => {
+it("ignores a stall of a wide link", () => {
   expect(new SendRate(50).next({ ...WIDE, queuedMs: 300 }, 0)).toBe(50);
 });
 
-it("takes what was sent a moment ago for no backlog", () => {
+it("does not count what was just sent as a backlog", () => {
   expect(new SendRate(50).next({ ...WIDE, waitingBytes: 150 }, 0)).toBe(50);
 });
 
-it("never exceeds what the server allows, not even by the floor", () => {
+it("never exceeds the server's limit, even if that is below the floor", () => {
   expect(new SendRate(10).next({ linkBps: null, waitingBytes: 0, queuedMs: 0 }, 0)).toBe(10);
 });

@@ -4,37 +4,37 @@ export interface Uplink {
   linkBps: number | null;
   /** The bytes queued in the browser. */
   waitingBytes: number;
-  /** How long the newest ping and its answer queued on the way. */
+  /** The queueing delay of the newest ping and its answer. */
   queuedMs: number;
 }
 
-/** At a lower rate a single loss is noticeable; at this one a modem's uplink is full. */
+/** At a lower rate a single loss is noticeable; this rate fills a modem's uplink. */
 export const FLOOR_HZ = 20;
-/** A set-point with its SCTP, DTLS, UDP and IP headers. */
+/** The size of a set-point with its SCTP, DTLS, UDP and IP headers. */
 export const SET_POINT_BITS = 190 * 8;
-/** Only the downlink is measured; the uplink is often a tenth of it. */
+/** The uplink's assumed share of the downlink, the only direction that is measured. */
 const UPLINK_SHARE = 0.1;
-/** More than a set-point and a ping: the uplink does not keep up. */
+/** More queued than a set-point and a ping means that the uplink does not keep up. */
 export const WAITING_BYTES = 200;
-/** More than a modem's jitter: a thin uplink carries less than even the floor. */
+/** A delay beyond a modem's jitter means that a thin uplink carries not even the floor. */
 const QUEUED_MS = 60;
-/** Then a loss stops the robot for a moment, but what arrives is no older than the link makes it. */
+/** The rate on such an uplink: a loss stops the robot for a moment, but commands do not queue. */
 const CONGESTED_HZ = 10;
 const CLIMB_HZ_PER_S = 5;
 /**
- * While nothing is held: the server must know that before the next press may move anything. Over a
- * link that is slow, or unknown yet, whose uplink they might fill, it is as often as while they queue.
+ * The rate while nothing is held, which the server must know before the next press may move
+ * anything. On a slow or still unknown link, whose uplink this might fill, it is `CONGESTED_HZ`.
  */
 const REST_HZ = 20;
 
 /**
  * The rate of set-points: as high as the server allows, lower on a slow link, at least 20 a second
- * while they do not queue, fewer at rest. It falls at once, because a backlog delays a stop, and
- * rises slowly. Pure.
+ * unless they queue, fewer at rest. It falls at once, because a backlog delays a stop, and rises
+ * slowly. Pure.
  */
 export class SendRate {
   #last: { hz: number; atMs: number } | null = null;
-  /** The most in Hz while nothing is held. */
+  /** The highest rate while nothing is held. */
   restHz = CONGESTED_HZ;
 
   constructor(private readonly maxHz: number) {}

@@ -14,11 +14,11 @@ const stopNumber = signal<number | null>(null);
 const isConnected = signal(true);
 const isStopUnconfirmed = signal(false);
 const state = { stopNumber, isConnected, isStopUnconfirmed };
-/** Lets what was posted be answered. */
+/** Lets posted requests be answered. */
 const answers = () => new Promise((resolve) => setTimeout(resolve));
 let clock: ServerClock;
 let stopControl: StopControl;
-/** This press, by both ways. */
+/** This press, by both transports. */
 const sent = (press: number) => [`stop ${press}`, `api/stop {"client":"uuid","press":${press}}`];
 
 beforeEach(() => {
@@ -56,13 +56,13 @@ beforeEach(() => {
   });
 });
 
-it.each([true, false])("stops by both ways before the task ends, channel open: %s", (open) => {
+it.each([true, false])("stops by both transports in the same task, channel open: %s", (open) => {
   isOpen = open;
   stopControl.stop();
   expect(done).toEqual([...sent(1), "let go"]);
 });
 
-it("says the server's sentence when it refuses", async () => {
+it("shows the server's sentence when it refuses", async () => {
   respond = async () => new Response('{"error": "Only whoever drives."}', { status: 403 });
   stopControl.stop();
   await eventually(() => expect(say).toHaveBeenCalledWith(says("Only whoever drives.")));
@@ -97,7 +97,7 @@ it.each([
   expect(say).not.toHaveBeenCalled();
 });
 
-it("takes each press for one of its own, and tells no later for that", async () => {
+it("counts each press separately, without delaying the warning", async () => {
   let late = (_: Response) => {};
   respond = () => new Promise((resolve) => (late = resolve));
   stopControl.stop();
@@ -116,7 +116,7 @@ it("takes each press for one of its own, and tells no later for that", async () 
   expect(isStopUnconfirmed.value).toBe(false);
 });
 
-it("sends no more after 30 s, to no new connection either, and still asks to press again", () => {
+it("gives up after 30 s, on a new connection too, and still asks to press again", () => {
   respond = () => new Promise(() => {});
   stopControl.stop();
   done = [];
@@ -143,7 +143,7 @@ it.each([
   expect([say.mock.calls.length, isStopUnconfirmed.value]).toEqual([1, false]);
 });
 
-it("leaves it to the card where the room tells of this stop", async () => {
+it("shows no notice if the room state has this stop, as the card shows it", async () => {
   stopControl.stop();
   await answers();
   stopNumber.value = 7;
@@ -152,7 +152,7 @@ it("leaves it to the card where the room tells of this stop", async () => {
   expect(say).not.toHaveBeenCalled();
 });
 
-it("goes to a new connection, too, unless the server has it", async () => {
+it("is also sent over a new connection, unless the server has it", async () => {
   respond = () => Promise.reject(new TypeError("Failed to fetch"));
   stopControl.connected();
   expect(done).toEqual([]);
@@ -166,7 +166,7 @@ it("goes to a new connection, too, unless the server has it", async () => {
   expect(done).toHaveLength(2);
 });
 
-it("sends no more once the server itself refuses", async () => {
+it("stops sending once the server itself refuses", async () => {
   respond = async () => new Response('{"error": "Too often."}', { status: 429 });
   stopControl.stop();
   await answers();
@@ -175,7 +175,7 @@ it("sends no more once the server itself refuses", async () => {
   expect([done, isStopUnconfirmed.value]).toEqual([[], false]);
 });
 
-it("goes on with the newest press where the server refuses an earlier one", async () => {
+it("continues with the newest press if the server refuses an earlier one", async () => {
   respond = async () => new Response('{"error": "Too often."}', { status: 429 });
   stopControl.stop();
   respond = () => new Promise(() => {});
@@ -209,7 +209,7 @@ it("releases by the channel, with the number, the server's time and the newest b
   expect(done).toEqual([]);
 });
 
-it("releases by HTTP where no channel is open, or the clocks are not aligned", () => {
+it("releases by HTTP if no channel is open or the clocks are not aligned", () => {
   stopNumber.value = 7;
   stopControl.release();
   clock.add({ sentMs: 0, receivedMs: 0, serverMs: 1_000_000 });
@@ -229,7 +229,7 @@ it("says why it could not release", async () => {
   await eventually(() => expect(say).toHaveBeenLastCalledWith(ours("link.unreachable")));
 });
 
-it("shows nobody the words of a mistake in the page", async () => {
+it("shows nobody the text of a bug in the page", async () => {
   stopNumber.value = 7;
   respond = async () => ({}) as Response;
   stopControl.release();
@@ -237,7 +237,7 @@ it("shows nobody the words of a mistake in the page", async () => {
   expect(say).not.toHaveBeenCalled();
 });
 
-it("releases nothing where nothing is latched", () => {
+it("releases nothing without a stop in force", () => {
   stopControl.release();
   expect(done).toEqual([]);
 });

@@ -18,21 +18,21 @@ export interface StopControlOptions {
   say: (sentence: string | Saying) => void;
 }
 
-/** Stop for everybody, and its release. */
+/** Presses Stop for everybody, and releases it. */
 export class StopControl {
-  /** The press of which nobody knows yet what became. */
+  /** The press that is not yet confirmed or refused. */
   #press: StopPress | null = null;
 
   constructor(private readonly options: StopControlOptions) {}
 
   /**
-   * Sends it by both transports at once, in any state; only then releases this page's controls. It is
-   * sent again until the server has taken or refused it, or people have been asked for long enough to
-   * press again. Each press is one of its own, since the stop of the last one may be released by now.
+   * Sends Stop by both transports at once, in any state; only then releases this page's controls.
+   * It is sent again until the server has accepted or refused it, or until `StopPress` gives up.
+   * Each press is a new one, since the stop of the last one may be released by now.
    */
   stop(): void {
     const { letGo, state } = this.options;
-    // Whoever presses again and again is told no later for that.
+    // Pressing again does not postpone the warning that nothing is confirmed.
     const since = this.#press?.taken === null ? this.#press.sinceMs : undefined;
     const press = new StopPress(state.stopNumber.peek(), performance.now(), since);
     this.#press = press;
@@ -40,7 +40,7 @@ export class StopControl {
     letGo();
   }
 
-  /** Tells whoever pressed it what has become of it, and sends it again; call a few times a second. */
+  /** Tells the user what became of the press, and retries it; call a few times a second. */
   look(nowMs: number): void {
     const press = this.#press;
     if (!press) return;
@@ -59,7 +59,7 @@ export class StopControl {
     }
   }
 
-  /** What was sent to the connection before may be lost with it. */
+  /** Sends an open press again: it may have been lost with the previous connection. */
   connected(): void {
     if (this.#press?.mayTry(performance.now())) this.#send(this.#press);
   }
@@ -80,8 +80,8 @@ export class StopControl {
   }
 
   /**
-   * Releases the stop in force; this moves nothing. Over the channel it has a timestamp, so that a
-   * late one has no effect.
+   * Releases the stop in force; this moves nothing. Over the channel the release has a timestamp,
+   * so that a late one has no effect.
    */
   release(): void {
     const { link, client, state, say } = this.options;

@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { StopPress } from "./stopPress";
 
-it("is unconfirmed once 1.6 s have brought neither an answer nor another stop", () => {
+it("is unconfirmed after 1.6 s without an answer or another stop", () => {
   const press = new StopPress(null, 1000);
   press.told(null, 1200);
   expect(press.isUnconfirmed(2599)).toBe(false);
@@ -10,7 +10,7 @@ it("is unconfirmed once 1.6 s have brought neither an answer nor another stop", 
   expect(press.isUnconfirmed(2700)).toBe(false);
 });
 
-it("is taken as the first stop that the server or the room tells", () => {
+it("becomes the first stop reported by the server or the room state", () => {
   const answered = new StopPress(null, 0);
   answered.answered(3, 100);
   answered.told(4, 200);
@@ -20,7 +20,7 @@ it("is taken as the first stop that the server or the room tells", () => {
   expect(told.taken).toBe(4);
 });
 
-it("takes a stop that was in force before for no answer, since it may be released by now", () => {
+it("does not count an earlier stop as an answer, since it may be released by now", () => {
   const press = new StopPress(3, 0);
   press.told(3, 2000);
   expect([press.taken, press.isUnconfirmed(2000)]).toEqual([null, true]);
@@ -28,7 +28,7 @@ it("takes a stop that was in force before for no answer, since it may be release
   expect(press.taken).toBe(4);
 });
 
-it("is sent again after 1.6 s, and then every 4 s", () => {
+it("is retried after 1.6 s, then every 4 s", () => {
   const press = new StopPress(null, 0);
   expect(press.isDue(1599)).toBe(false);
   expect(press.isDue(1600)).toBe(true);
@@ -39,14 +39,14 @@ it("is sent again after 1.6 s, and then every 4 s", () => {
   expect([press.mayTry(9999), press.isDue(9999)]).toEqual([false, false]);
 });
 
-it("is sent no more after 30 s, and stays unconfirmed", () => {
+it("is not retried after 30 s, and stays unconfirmed", () => {
   const press = new StopPress(null, 1000);
   expect([press.mayTry(30_999), press.isDue(30_999)]).toEqual([true, true]);
   expect([press.mayTry(31_000), press.isDue(31_000)]).toEqual([false, false]);
   expect(press.isUnconfirmed(9e9)).toBe(true);
 });
 
-it("is one of its own, which counts as unconfirmed since the first that nobody answered", () => {
+it("counts as unconfirmed since the first of several unanswered presses", () => {
   const first = new StopPress(null, 0);
   const second = new StopPress(null, 1000, first.sinceMs);
   expect(second.number).not.toBe(first.number);

@@ -1,20 +1,20 @@
-/** Whether the robot's server has taken a press of Stop, as far as this page can know. Pure. */
+/** Whether the server has accepted a press of Stop, as far as this page can know. Pure. */
 
-/** The person who pressed is told before 2 s are over; pages look each 200 ms. */
+/** The user is warned within 2 s, given that pages check every 200 ms. */
 const CONFIRM_MS = 1600;
 const AGAIN_MS = 4000;
-/** What comes later than that surprises people more than it helps: they are asked to press again. */
+/** A later retry would surprise more than help: the user is asked to press again instead. */
 const TRIED_FOR_MS = 30_000;
-/** The card says by whom the robot is stopped, unless the room's message comes too late for that. */
+/** The room's message, by which the card shows who stopped the robot, is awaited for this long. */
 const SHOWN_MS = 600;
 
 /**
- * One press of Stop, until it is known what became of it. `before` is the stop that this page
- * believed to be in force then, which may be out of date: seeing it still there proves nothing.
- * `sinceMs` is when the first of several presses was made that nobody has answered.
+ * One press of Stop, until its fate is known. `before` is the stop that this page believed to be in
+ * force at the press, which may be out of date: seeing it still there proves nothing. `sinceMs` is
+ * when the first of several unanswered presses was made.
  */
 export class StopPress {
-  /** By this the server knows it again, whenever and however often it comes. */
+  /** Identifies the press to the server, however late and often it arrives. */
   readonly number = Math.floor(Math.random() * 2 ** 53);
   #triedMs: number;
   #taken: { stop: number; atMs: number } | null = null;
@@ -27,27 +27,27 @@ export class StopPress {
     this.#triedMs = pressedMs;
   }
 
-  /** The number of the stop that it became, null while that is not known. */
+  /** The number of the stop that it became; null while unknown. */
   get taken(): number | null {
     return this.#taken?.stop ?? null;
   }
 
-  /** The server has answered this very press. */
+  /** Records the server's answer to this very press. */
   answered(stop: number, nowMs: number): void {
     this.#taken ??= { stop, atMs: nowMs };
   }
 
-  /** The room has this stop in force. */
+  /** Records the stop that the room shows in force. */
   told(stop: number | null, nowMs: number): void {
     if (stop !== null && stop !== this.before) this.answered(stop, nowMs);
   }
 
-  /** Whether to tell people that nobody has confirmed it. */
+  /** Whether to warn the user that the press is not confirmed. */
   isUnconfirmed(nowMs: number): boolean {
     return this.#taken === null && nowMs - this.sinceMs >= CONFIRM_MS;
   }
 
-  /** Whether the card has had the time to show it. */
+  /** Whether the card has had time to show it. */
   isSettled(nowMs: number): boolean {
     return this.#taken !== null && nowMs - this.#taken.atMs >= SHOWN_MS;
   }
@@ -63,7 +63,7 @@ export class StopPress {
     return this.mayTry(nowMs) && nowMs - this.#triedMs >= (isFirst ? CONFIRM_MS : AGAIN_MS);
   }
 
-  /** It was sent again. */
+  /** Records a retry. */
   tried(nowMs: number): void {
     this.#triedMs = nowMs;
   }

@@ -15,7 +15,7 @@ beforeEach(() => {
   ways = new Ways({ input, way: () => way, stepMs: () => 400 });
 });
 
-it("drives while it is held, where holding is the way", () => {
+it("drives while held, with the way hold", () => {
   ways.press("a", "forward");
   vi.advanceTimersByTime(10_000);
   expect(input.motion.linear).toBe(1);
@@ -24,7 +24,7 @@ it("drives while it is held, where holding is the way", () => {
   expect(input.isHolding).toBe(false);
 });
 
-it.each(["step", "scan"] as const)("makes one short slow move of a press, by %s", (one) => {
+it.each(["step", "scan"] as const)("makes one short slow move per press, with %s", (one) => {
   way = one;
   ways.press("a", "forward");
   expect(ways.isStepping).toBe(true);
@@ -36,7 +36,7 @@ it.each(["step", "scan"] as const)("makes one short slow move of a press, by %s"
   expect(ways.isStepping).toBe(false);
 });
 
-it("renews a step by another press, and turns it by one of another direction", () => {
+it("restarts a step by another press, and turns it by another direction", () => {
   way = "step";
   ways.press("a", "forward");
   vi.advanceTimersByTime(300);
@@ -49,7 +49,7 @@ it("renews a step by another press, and turns it by one of another direction", (
   expect(input.motion).toEqual(STAND);
 });
 
-it("does not let an old step's end end a new one", () => {
+it("does not end a new step when an old one's time is over", () => {
   way = "step";
   ways.press("a", "forward");
   vi.advanceTimersByTime(200);
@@ -59,7 +59,7 @@ it("does not let an old step's end end a new one", () => {
   expect(input.motion.linear).toBe(-1);
 });
 
-it("moves for two seconds by a click, and not a moment longer", () => {
+it("moves for exactly two seconds per click", () => {
   way = "click";
   ways.press("a", "left");
   ways.release("a");
@@ -70,7 +70,7 @@ it("moves for two seconds by a click, and not a moment longer", () => {
   expect(input.isHolding).toBe(false);
 });
 
-it("goes on from each click anew", () => {
+it("restarts the time with each click", () => {
   way = "click";
   ways.press("a", "left");
   vi.advanceTimersByTime(1500);
@@ -90,14 +90,14 @@ it.each([
   expect(input.motion).toEqual(STAND);
 });
 
-it("does not end a step by something else", () => {
+it("does not interrupt a step", () => {
   way = "step";
   ways.press("a", "forward");
   ways.interrupt();
   expect(input.motion.linear).toBe(1);
 });
 
-it("holds keys, where buttons are clicked", () => {
+it("holds keys even if buttons are clicked", () => {
   way = "click";
   ways.pressKey("key", "forward");
   vi.advanceTimersByTime(5000);
@@ -106,7 +106,7 @@ it("holds keys, where buttons are clicked", () => {
   expect(input.isHolding).toBe(false);
 });
 
-it("holds a stick, whatever becomes of directions", () => {
+it("holds a stick, whatever the way", () => {
   way = "step";
   ways.press("stick", { linear: 0.5, angular: 0 });
   vi.advanceTimersByTime(5000);
@@ -121,7 +121,7 @@ it("steps for a switch", () => {
   expect(input.isHolding).toBe(false);
 });
 
-it("knows whether anything hung on a touch that was cancelled", () => {
+it("knows whether anything depended on a cancelled touch", () => {
   ways.press("finger", "forward");
   expect(ways.cancel("finger")).toBe(true);
   expect(ways.cancel("finger")).toBe(false);

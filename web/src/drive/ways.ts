@@ -2,15 +2,15 @@ import type { Direction, Held, InputState } from "./inputState";
 
 /**
  * How a direction drives. `hold`: while it is held. `step`: each press is one short, slow move.
- * `click`: each press goes on for a while, or until the next. `scan`: the directions are offered one
- * after another, and a switch makes a step of the one on offer.
+ * `click`: each press moves for a while, or until the next press. `scan`: the directions are
+ * offered one after another, and a switch makes a step of the one on offer.
  */
 export const WAYS = ["hold", "step", "click", "scan"] as const;
 export type Way = (typeof WAYS)[number];
 
-/** The longest that a click moves the robot. */
+/** How long a click moves the robot at most. */
 export const CLICK_MS = 2000;
-/** Who holds the direction of a step or a click, for nobody's finger does. */
+/** The holder of a step's or a click's direction, which no finger holds. */
 const MOVE = "move";
 
 export interface WaysOptions {
@@ -20,17 +20,17 @@ export interface WaysOptions {
 }
 
 /**
- * Presses of directions, by the chosen way. Whatever the way, a move is a holder like any other, so
- * everything that releases the controls ends it; its timer is the least of what does.
+ * Handles presses of directions in the chosen way. A timed move is a holder like any other, so
+ * everything that releases the controls ends it, not only its timer.
  */
 export class Ways {
   #timer: ReturnType<typeof setTimeout> | undefined;
-  /** Who asked for the move. */
+  /** The holder that started the move. */
   #by = "";
 
   constructor(private readonly options: WaysOptions) {}
 
-  /** Whether the motion is a step's, which is slow at any speed. */
+  /** Whether a step is moving, which is slow at any speed. */
   get isStepping(): boolean {
     return this.options.way() !== "click" && this.options.input.isHeldBy(MOVE);
   }
@@ -45,7 +45,7 @@ export class Ways {
     input.press(holder, held);
   }
 
-  /** A key ends what a click began, and is held itself. */
+  /** Handles a direction key: with clicks it ends the move and is held itself. */
   pressKey(holder: string, direction: Direction): void {
     if (this.options.way() === "click") this.options.input.press(holder, direction);
     else this.press(holder, direction);
@@ -56,19 +56,19 @@ export class Ways {
     return this.options.input.release(holder);
   }
 
-  /** Handles a touch that the system has taken away; returns whether anything hung on it. */
+  /** Handles a touch that the system has cancelled; returns whether anything depended on it. */
   cancel(holder: string): boolean {
     const { input } = this.options;
     const isItsMove = this.#by === holder && input.isHeldBy(MOVE);
     return input.release(holder) || isItsMove;
   }
 
-  /** One short move, whoever presses. */
+  /** Makes one short move, whatever the way. */
   step(holder: string, direction: Direction): void {
     this.#move(holder, direction, this.options.stepMs());
   }
 
-  /** Ends what a click began, because something else was clicked or pressed. */
+  /** Ends a click's move, because something else was clicked or pressed. */
   interrupt(): void {
     if (this.options.way() === "click") this.options.input.release(MOVE);
   }

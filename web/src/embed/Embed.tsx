@@ -12,7 +12,7 @@ import { silenceWords } from "../view/words";
 import { said } from "../words/said";
 import { t } from "../words/words";
 
-/** For a frame on another site: the picture, who drives, how many wait, and the way to the page. */
+/** For a frame on another site: the picture, who drives, how many wait, and a link to the page. */
 export function Embed({ session }: { session: Session }) {
   useEffect(() => tend(session), [session]);
   const { hello } = session.state;
@@ -34,7 +34,7 @@ export function Embed({ session }: { session: Session }) {
   );
 }
 
-/** Why what is seen is not the robot now; what the server has to say itself, where it refuses. */
+/** Why the picture is not live, in the server's words if it refused. */
 function Problem() {
   const state = useState();
   const link = state.link.value;
@@ -58,7 +58,7 @@ function Robot() {
   );
 }
 
-/** To the page; pressed, it is the address to copy, as a site may let its frames open no tab. */
+/** A link to the page; once pressed, its address to copy, as a frame may not open a tab. */
 function Way({ mayQueue }: { mayQueue: boolean }) {
   const isPressed = useSignal(false);
   const address = joinAddress(window.location);
@@ -72,7 +72,7 @@ function Way({ mayQueue }: { mayQueue: boolean }) {
   );
 }
 
-/** Off until it is pressed, as browsers demand. */
+/** The sound, off until the button is pressed, as browsers demand. */
 function Sound() {
   const session = useSession();
   const { isSoundOn, hello } = useState();

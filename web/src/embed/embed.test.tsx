@@ -34,14 +34,14 @@ function show(options: Parameters<typeof room>[0]): void {
   });
 }
 
-it("is what the server says that it is, whatever the address asks for", async () => {
+it("is chosen by the server, whatever the address asks for", async () => {
   const load = viewOf("?view=big-screen");
   expect(await load?.()).toBe(Embed);
   delete root.dataset.view;
   expect(viewOf("?view=embed")).toBeNull();
 });
 
-it("tells who drives and how many wait", () => {
+it("shows who drives and how many wait", () => {
   show({ operator: 1, waiting: [2, 3], watching: [9] });
   expect(getByText(body, "Ada is driving")).toBeTruthy();
   expect(getByText(body, "2 people wait")).toBeTruthy();
@@ -50,7 +50,7 @@ it("tells who drives and how many wait", () => {
   expect(getByText(body, "Nobody is waiting")).toBeTruthy();
 });
 
-it("has sound once it is pressed, and no other control but the way to the page", () => {
+it("has a sound button, and no other control but the link to the page", () => {
   show({ operator: 9, watching: [] });
   const sound = getByRole(body, "button", { name: "Turn sound on" });
   expect([...body.querySelectorAll("button, input, select")]).toEqual([sound]);
@@ -63,7 +63,7 @@ it("has sound once it is pressed, and no other control but the way to the page",
   expect(queryByRole(body, "button")).toBeNull();
 });
 
-it("opens the page itself in a tab of its own, which knows nothing of this one", () => {
+it("opens the page in a new tab, without access to this one", () => {
   const link = getByRole<HTMLAnchorElement>(body, "link", { name: "Drive this robot" });
   expect(link.getAttribute("href")).toBe("https://robot.example.org/rover/");
   expect([link.target, link.rel]).toEqual(["_blank", "noopener"]);
@@ -73,14 +73,14 @@ it("opens the page itself in a tab of its own, which knows nothing of this one",
   expect(getByRole(body, "link", { name: "Open the robot’s page" })).toBe(link);
 });
 
-it("has the address to copy once the link is pressed, where a site lets no tab be opened", () => {
+it("shows the address to copy once the link is pressed, as a site may allow no tab", () => {
   const link = getByRole(body, "link");
   link.addEventListener("click", (event) => event.preventDefault());
   act(() => link.click());
   expect(link.textContent).toBe("https://robot.example.org/rover/");
 });
 
-it("says why there is no picture, in the server's words where it has some", () => {
+it("says why there is no picture, in the server's words if it has any", () => {
   const problem = () => getByRole(body, "status").textContent;
   expect(problem()).toBe("");
   act(() => {

@@ -16,7 +16,7 @@ it("numbers its pings and returns the newest pong with the time it was held", ()
   expect(heartbeat.beat(200)).toMatchObject({ id: 3, pong_id: 2, pong_held_ms: 40 });
 });
 
-it("knows the beat that it has heard last, in a pong or between two", () => {
+it("keeps the newest beat, from a pong or between two", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   expect(heartbeat.newestBeat).toBeNull();
   heartbeat.beat(100);
@@ -34,7 +34,7 @@ it("aligns the clock by every pong", () => {
   expect(clock.toServerMs(110)).toBe(9110);
 });
 
-it("waits longer while three pings have no answer, since more would queue behind them", () => {
+it("waits longer while three pings are unanswered, since more would queue behind them", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   const pausesMs = [1, 2, 3].map(() => {
     heartbeat.beat(100);
@@ -54,7 +54,7 @@ it("is eager in the first second only", () => {
   expect(heartbeat.pauseMs(6000, false)).toBe(1000);
 });
 
-it("is eager until a few pongs have come, and no longer", () => {
+it("is eager only until a few pongs have arrived", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   for (let id = 1; id <= 6; id++) {
     heartbeat.beat(100);
@@ -77,7 +77,7 @@ it.each([
   expect(heartbeat.isSilent(60_000, isKeen)).toBe(false);
 });
 
-it("does not call it silence that the page has hung and could not hear", () => {
+it("does not count a hang of the page as silence", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   heartbeat.beat(1000);
   expect(heartbeat.isSilent(61_000, true)).toBe(false);
@@ -86,7 +86,7 @@ it("does not call it silence that the page has hung and could not hear", () => {
   expect(heartbeat.isSilent(61_500, true)).toBe(true);
 });
 
-it("knows for how long it waits for an answer", () => {
+it("knows how long it has waited for an answer", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   expect(heartbeat.unansweredMs(500)).toBe(0);
   heartbeat.beat(1000);

@@ -1,4 +1,4 @@
-/** When to ping, and when missing answers mean a lost link; sooner doubts: `silence.ts`. Pure. */
+/** When to ping, and when missing answers mean a lost link; earlier signs: `silence.ts`. Pure. */
 
 import type { Ping, Pong } from "../messages";
 import type { ServerClock } from "../serverClock";
@@ -7,14 +7,14 @@ const EAGER_MS = 1000;
 /** This many answers align the clock well enough at the start. */
 const EAGER_PONGS = 6;
 const EAGER_EVERY_MS = 50;
-/** With more on the way, the next would only queue behind them. */
+/** With more pings unanswered, the next would only queue behind them. */
 const EAGER_UNANSWERED = 2;
 const KEEN_EVERY_MS = 200;
 const CALM_EVERY_MS = 1000;
 const SILENCE_MS = 3000;
-/** Whoever drives or waits has less time, and a crowd of observers must not all come at once. */
+/** For a page that drives or waits; longer for observers, lest a crowd reconnect at once. */
 const KEEN_SILENCE_MS = 2000;
-/** Of a longer gap between pings only this much counts: the page hung, and could hear no answer. */
+/** A gap between pings counts at most this much: a page that hung could not receive answers. */
 const LONGEST_STEP_MS = 1500;
 
 /** Pings, the clock measurements from the pongs, and whether the server still answers. Pure. */
@@ -43,12 +43,12 @@ export class Heartbeat {
     };
   }
 
-  /** The newest beat heard; each command names it, so that the server need not believe our clock. */
+  /** The newest beat; each command names it, so that the server need not trust our clock. */
   get newestBeat(): string | null {
     return this.#beat;
   }
 
-  /** Handles a beat between two pongs. */
+  /** Stores a beat that arrived between two pongs. */
   beaten(beat: string): void {
     this.#beat = beat;
   }
@@ -63,7 +63,7 @@ export class Heartbeat {
   }
 
   /**
-   * The pause before the next ping: short at first, so that the clock aligns soon; medium for a page
+   * The pause before the next ping: short at first, to align the clock soon; medium for a page
    * whose silence must be noticed soon; long for all others.
    */
   pauseMs(nowMs: number, isKeen: boolean): number {
@@ -75,7 +75,7 @@ export class Heartbeat {
     return isKeen ? KEEN_EVERY_MS : CALM_EVERY_MS;
   }
 
-  /** Expects no answer to what was sent into a network that is gone. */
+  /** Stops expecting answers to pings sent into a network that is gone. */
   forgive(): void {
     this.#unansweredSinceMs = null;
   }
@@ -87,7 +87,7 @@ export class Heartbeat {
     return nowMs - this.#unansweredSinceMs - stoodMs;
   }
 
-  /** Whether pings have gone unanswered for 3 s, for a page whose silence matters 2 s. */
+  /** Whether pings have gone unanswered for 3 s, or for 2 s if `isKeen`. */
   isSilent(nowMs: number, isKeen: boolean): boolean {
     return this.unansweredMs(nowMs) >= (isKeen ? KEEN_SILENCE_MS : SILENCE_MS);
   }

@@ -25,7 +25,7 @@ it("says in the reader's language why the server refuses", async () => {
   await expect(ask("api/enter")).rejects.toThrow("Diese Einladung ist abgelaufen");
 });
 
-it("keeps the server's English for as long as the page has no words, and says it anew", async () => {
+it("shows the server's English until the page has its own words", async () => {
   const english = "The only place is taken; try again later.";
   const sentence = { code: "door.full", values: { n: 1 } };
   refuses(JSON.stringify({ error: english, sentence }), 503);
@@ -36,7 +36,7 @@ it("keeps the server's English for as long as the page has no words, and says it
   expect(said(saying)).toBe("Der einzige Platz ist besetzt; versuch es später noch einmal.");
 });
 
-it("says in plain words what comes so, as from a proxy, or at least the status", async () => {
+it("shows a plain text, as from a proxy, or at least the status", async () => {
   refuses('{"error": "Come back on Monday."}');
   await expect(ask("api/offer")).rejects.toThrow("Come back on Monday.");
   refuses("<h1>Bad Gateway</h1>", 502);
@@ -45,7 +45,7 @@ it("says in plain words what comes so, as from a proxy, or at least the status",
   await expect(ask("api/offer")).rejects.toThrow("500");
 });
 
-it("keeps the sentence of who may not stay, to be shown for long", async () => {
+it("keeps the sentence for a page that may not stay", async () => {
   refuses('{"error": "Closed.", "sentence": {"code": "door.closed"}, "ended": true}');
   const text = { code: "door.closed" };
   const ended = { type: "ended", text, openings: [] };

@@ -1,4 +1,4 @@
-/** HTTP requests to the server; errors are sentences for people. */
+/** HTTP requests to the server, with errors as sentences for users. */
 
 import { isFramed } from "../framed";
 import type { Ended, Opening } from "../messages";
@@ -11,12 +11,12 @@ export class RequestError extends Error {
     readonly isRefusal: boolean,
     /** How long the server asks to wait before the next request; null if it does not. */
     readonly retryAfterMs: number | null = null,
-    /** The page may not stay, and need not try again by itself. */
+    /** Set if the page may not stay, so that it does not retry by itself. */
     readonly ended: Ended | null = null,
-    /** Our server itself says no, and why: asking again is in vain. */
+    /** Whether our own server has refused with a reason, so that a retry is useless. */
     readonly isFinal = false,
   ) {
-    super(said(saying)); // for the console; a reader is told the saying
+    super(said(saying)); // for the console; the page shows the saying
   }
 }
 
@@ -27,7 +27,7 @@ export function post(path: string, body: object, init: RequestInit = {}): Promis
   return ask(path, { method: "POST", headers: JSON_TYPE, body: JSON.stringify(body), ...init });
 }
 
-/** A request with a long JSON body, compressed where the browser can. */
+/** A request with a long JSON body, compressed where the browser can do that. */
 export async function packed(body: object): Promise<RequestInit> {
   const text = JSON.stringify(body);
   if (typeof CompressionStream === "undefined")
@@ -39,24 +39,24 @@ export async function packed(body: object): Promise<RequestInit> {
 
 export type Answer = Record<string, unknown>;
 
-/** When a request was sent and its answer was there, by the page's clock. */
+/** When a request was sent and when its answer arrived, by the page's clock. */
 export interface Asked {
   sentMs: number;
   receivedMs: number;
 }
 
-/** Returns the answer to what is asked now, and notes when. */
+/** Returns the answer with the times of request and answer. */
 export async function timed(asking: Promise<Answer>): Promise<Answer & Asked> {
   const sentMs = performance.now();
   const answer = await asking;
   return { ...answer, sentMs, receivedMs: performance.now() };
 }
 
-/** The JSON object at this path; throws `RequestError`. */
+/** Requests the JSON object at this path; throws `RequestError`. */
 export async function ask(path: string, init: RequestInit = {}): Promise<Answer> {
   let response: Response;
   try {
-    // In a frame no cookie counts, even where the browser would send one.
+    // In a frame on another site cookies are not used, even where the browser would send them.
     response = await fetch(path, isFramed() ? { ...init, credentials: "omit" } : init);
   } catch {
     throw new RequestError(ours("link.unreachable"), false);
@@ -66,12 +66,12 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   const why = told(body);
   const sentence = why ?? ours("link.answered", { status: String(response.status) });
   const ended = body?.ended === true ? endedFor(sentence, body.openings) : null;
-  // What fails with 5xx, or answers in the server's place, may be over in a moment.
+  // A 5xx, or an answer from something between us and the server, may be temporary.
   const isFinal = why !== null && response.status >= 400 && response.status < 500;
   throw new RequestError(sentence, true, retryAfterMs(response), ended, isFinal);
 }
 
-/** Why it was refused; what stands between the server and this page may say it in plain words. */
+/** Why the request was refused; a proxy in between may answer in plain words. */
 function told(body: { sentence?: unknown; error?: unknown } | null): Saying | null {
   const english = typeof body?.error === "string" ? body.error : null;
   if (isSentence(body?.sentence)) return english ? { ...body.sentence, english } : body.sentence;

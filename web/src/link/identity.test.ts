@@ -10,7 +10,7 @@ function storage(content: Record<string, string> = {}) {
   };
 }
 
-/** Channels that hear each other at once, as BroadcastChannel does a little later. */
+/** Channels that deliver at once what BroadcastChannel delivers a little later. */
 function channels(count: number): BroadcastChannel[] {
   const all: { onmessage: ((event: { data: unknown }) => void) | null }[] = [];
   for (let i = 0; i < count; i++) {
@@ -25,7 +25,7 @@ function channels(count: number): BroadcastChannel[] {
   return all as unknown as BroadcastChannel[];
 }
 
-it("is a random UUID that a reload finds again", () => {
+it("is a random UUID that survives a reload", () => {
   const tab = storage();
   const { client } = new Identity(tab);
   expect(client).toMatch(/^[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}$/);
@@ -51,7 +51,7 @@ it("lets the first page keep its identity when the tab is duplicated", () => {
   expect(renewed[1]).toHaveBeenCalledOnce();
 });
 
-it("leaves pages with identities of their own alone", () => {
+it("ignores pages with identities of their own", () => {
   const [a, b] = channels(2) as [BroadcastChannel, BroadcastChannel];
   const renewed = vi.fn();
   new Identity(storage()).share(a, renewed);

@@ -27,9 +27,9 @@ export class Identity {
   }
 
   /**
-   * Makes sure that no two pages share an identity, which they would keep taking from each other: a
-   * duplicated tab begins with a copy of the storage. The first page keeps it; the other gets a new
-   * one and calls `onRenewed`.
+   * Ensures that no two pages share an identity, since each would keep disconnecting the other: a
+   * duplicated tab starts with a copy of the storage. The first page keeps the identity; the other
+   * gets a new one and calls `onRenewed`.
    */
   share(channel: BroadcastChannel, onRenewed: () => void): void {
     channel.onmessage = ({ data }) => {

@@ -6,7 +6,7 @@ import { Link, type LinkState } from "./link";
 import type { PeerEvents } from "./peer";
 import type { Sent } from "./signalling";
 
-/** What is looked at of what went over the drive channel. */
+/** The parts of drive messages that the tests check. */
 interface DrivePing {
   type: string;
   id: number;
@@ -16,7 +16,7 @@ interface DrivePing {
 const { FakePeer, peers } = vi.hoisted(() => {
   const made: InstanceType<typeof Fake>[] = [];
 
-  /** Stands where the browser's peer connection would: what it hears is told by the test. */
+  /** Replaces the browser's peer connection; the test says what it receives. */
   class Fake {
     sent: DrivePing[] = [];
     isClosed = false;
@@ -87,7 +87,7 @@ function peer() {
   return newest;
 }
 
-/** The server answers, both channels open, and it greets. */
+/** The server answers, both channels open, and its hello arrives. */
 function open(): void {
   peer().events.reached();
   peer().events.answered();
@@ -103,7 +103,7 @@ function pong(): void {
   peer().events.received("drive", JSON.stringify(answer));
 }
 
-/** Lets time pass with an answer to every ping. */
+/** Advances time with an answer to every ping. */
 function answerFor(seconds: number): void {
   for (let tenth = 0; tenth < seconds * 10; tenth++) {
     vi.advanceTimersByTime(100);
@@ -117,7 +117,7 @@ it("passes on what the server answers about the robot's controls", () => {
   expect(answers).toEqual([{ type: "operated", seq: 4, refused: null }]);
 });
 
-it("is connected when the server has greeted, and passes its messages on", () => {
+it("is connected after the server's hello, and passes its messages on", () => {
   expect(states.at(-1)).toEqual({ is: "connecting", reason: null });
   open();
   expect(states.at(-1)).toEqual({ is: "connected" });
@@ -130,7 +130,7 @@ it("aligns the clock by its heartbeat", () => {
   expect(link.clock.toServerMs(performance.now())).toBeCloseTo(performance.now() + 5000);
 });
 
-it("knows the newest beat, which the next command names, and none of the peer before", () => {
+it("keeps the newest beat for the next command, but none of the previous peer", () => {
   open();
   pong();
   expect(link.beat).toBe("x7-_2A");
@@ -143,7 +143,7 @@ it("knows the newest beat, which the next command names, and none of the peer be
   expect(link.beat).toBeNull();
 });
 
-it("pings five times a second while it may drive, over a slow link once", () => {
+it("pings five times a second while it may drive, once over a slow link", () => {
   const pingsIn = (seconds: number) => {
     const before = peer().sent.length;
     answerFor(seconds);
@@ -161,7 +161,7 @@ it("pings five times a second while it may drive, over a slow link once", () => 
   expect(link.isThin).toBe(false);
 });
 
-/** When attempts begin in the next seconds, in ms from now; the loss is told to the page first. */
+/** When attempts begin in the next seconds, in ms from the loss, which is reported first. */
 function beginnings(seconds: number, fails: boolean): number[] {
   const found: number[] = [];
   const startMs = performance.now();
@@ -184,7 +184,7 @@ describe("after the loss of a connection", () => {
     playFor(6);
   });
 
-  it("fresh peers are tried at once, soon, then each second for 20 s", () => {
+  it("new peers are tried at once, soon, then every second for 20 s", () => {
     const found = beginnings(40, true);
     const near = found.map((ms) => Math.round(ms / 100) / 10);
     expect(near.slice(0, 9)).toEqual([0, 0.3, 0.7, 1.1, 1.5, 1.9, 2.3, 3.3, 4.3]);
@@ -192,7 +192,7 @@ describe("after the loss of a connection", () => {
     expect(near.at(-1)).toBeGreaterThan(30);
   });
 
-  it("an attempt that nobody answers is given up for another each second", () => {
+  it("an unanswered attempt is replaced every second", () => {
     const found = beginnings(8, false);
     const apart = found.slice(1).map((ms, i) => ms - (found[i] ?? 0));
     expect(found.length).toBeGreaterThanOrEqual(7);
@@ -200,7 +200,7 @@ describe("after the loss of a connection", () => {
     expect(peers.slice(0, -1).every((old) => old.isClosed)).toBe(true);
   });
 
-  it("one that has been answered may take four seconds to open", () => {
+  it("an answered attempt may take four seconds to open", () => {
     peer().events.lost(says("The connection was lost."), null);
     vi.advanceTimersByTime(0);
     const count = peers.length;
@@ -212,7 +212,7 @@ describe("after the loss of a connection", () => {
     expect(peers).toHaveLength(count + 1);
   });
 
-  it("says why it tries again, and from when on a pause is long", () => {
+  it("says why it retries, and when, after a longer pause", () => {
     peer().events.lost(says("The server is full."), null);
     vi.advanceTimersByTime(0);
     expect(states.at(-1)).toEqual({ is: "connecting", reason: says("The server is full.") });
@@ -220,7 +220,7 @@ describe("after the loss of a connection", () => {
     expect(states.at(-1)?.is).toBe("waiting");
   });
 
-  it("waits for as long as the server asks, whatever else happens", () => {
+  it("waits as long as the server asks, whatever else happens", () => {
     peer().events.lost(says(""), null);
     vi.advanceTimersByTime(0);
     const count = peers.length;
@@ -233,7 +233,7 @@ describe("after the loss of a connection", () => {
     expect(peers).toHaveLength(count + 1);
   });
 
-  it("a slow link that answers after all goes on, and nothing that comes begins anew", () => {
+  it("a slow link that answers after all continues, without a new attempt", () => {
     const slow = peer();
     answerFor(2);
     link.isThin = true;
@@ -264,7 +264,7 @@ describe("after the loss of a connection", () => {
   });
 });
 
-it("takes a connection that breaks at once for one more failure, a steady one for none", () => {
+it("counts a connection that breaks at once as a failure, a steady one not", () => {
   expect(beginnings(0.31, false)).toHaveLength(1);
   open();
   expect(beginnings(0.35, false)).toHaveLength(0);
@@ -307,7 +307,7 @@ describe("a peer that has fallen silent", () => {
     expect(peers).toHaveLength(before + 1);
   });
 
-  it("is kept, and asked, until the server has answered another", () => {
+  it("is kept and pinged until the server has answered another", () => {
     const before = old.sent.length;
     vi.advanceTimersByTime(3000);
     expect(old.isClosed).toBe(false);
@@ -319,7 +319,7 @@ describe("a peer that has fallen silent", () => {
     expect(link.peer).toBe(peer());
   });
 
-  it("tells by its first word that the network is back: a fresh attempt begins at once", () => {
+  it("shows by its first message that the network is back: a new attempt begins at once", () => {
     vi.advanceTimersByTime(400);
     const stuck = peer();
     old.events.received("drive", JSON.stringify(["pong", 99, 0, 0, "x7-_2A"]));
@@ -328,7 +328,7 @@ describe("a peer that has fallen silent", () => {
     expect(states.at(-1)?.is).toBe("connecting");
   });
 
-  it("disturbs no attempt that has come through", () => {
+  it("does not restart an attempt that has reached the server", () => {
     vi.advanceTimersByTime(400);
     const good = peer();
     good.events.reached();
@@ -340,7 +340,7 @@ describe("a peer that has fallen silent", () => {
     expect(states.at(-1)).toEqual({ is: "connected" });
   });
 
-  it("may break meanwhile, which ends no attempt", () => {
+  it("may break meanwhile without ending the attempt", () => {
     const tried = peer();
     old.events.lost(says("The connection was lost."), null);
     expect(peer()).toBe(tried);
@@ -349,7 +349,7 @@ describe("a peer that has fallen silent", () => {
 });
 
 describe("when the network has changed", () => {
-  it("tries at once where the connection is doubtful", () => {
+  it("retries at once if the connection is doubtful", () => {
     open();
     playFor(6);
     vi.advanceTimersByTime(1000);
@@ -358,13 +358,13 @@ describe("when the network has changed", () => {
     expect(peers).toHaveLength(before + 1);
   });
 
-  it("tries at once in the place of an attempt that has begun", () => {
+  it("restarts an attempt that has begun", () => {
     link.networkChanged();
     expect(peers).toHaveLength(2);
     expect(peers[0]?.isClosed).toBe(true);
   });
 
-  it("asks first where all seems well, and leaves a connection alone that answers", () => {
+  it("pings first if all seems well, and keeps a connection that answers", () => {
     open();
     playFor(6);
     const before = peer().sent.length;
@@ -374,7 +374,7 @@ describe("when the network has changed", () => {
     expect(peers).toHaveLength(1);
   });
 
-  it("tries when no answer has come for a little longer than answers take", () => {
+  it("retries when no answer has arrived for a little longer than answers take", () => {
     open();
     playFor(6);
     link.networkChanged();
@@ -389,7 +389,7 @@ describe("when the network has changed", () => {
     const CHECK_MS = 350;
     const MOVE_MS = 300;
 
-    /** Drives until nothing arrives any more, for a second. */
+    /** Drives until nothing has arrived for a second. */
     function isDoubtful(): InstanceType<typeof FakePeer> {
       open();
       playFor(6);
@@ -400,7 +400,7 @@ describe("when the network has changed", () => {
       return old;
     }
 
-    it("makes another ready, and drops it when the peer goes on", () => {
+    it("prepares another, and drops it when the peer continues", () => {
       const old = isDoubtful();
       const fresh = peer();
       expect(fresh).not.toBe(old);
@@ -412,7 +412,7 @@ describe("when the network has changed", () => {
       expect(states.at(-1)).toEqual({ is: "connected" });
     });
 
-    it("offers the other when the peer has not gone on in time", async () => {
+    it("offers the other when the peer has not continued in time", async () => {
       const old = isDoubtful();
       await vi.advanceTimersByTimeAsync(CHECK_MS);
       expect(peers.at(-1)?.mayOffer).toBe(true);
@@ -425,7 +425,7 @@ describe("when the network has changed", () => {
       expect(old.isClosed).toBe(true);
     });
 
-    it("takes a picture for a sign that the peer goes on", async () => {
+    it("counts a picture as a sign that the peer continues", async () => {
       const old = isDoubtful();
       vi.advanceTimersByTime(100);
       link.heard();
@@ -434,7 +434,7 @@ describe("when the network has changed", () => {
       expect(states.at(-1)).toEqual({ is: "connected" });
     });
 
-    it("has the peer go on that says so late, but before another is offered", async () => {
+    it("continues a peer that answers late, but before another is offered", async () => {
       const old = isDoubtful();
       await vi.advanceTimersByTimeAsync(CHECK_MS);
       link.heard();
@@ -455,14 +455,14 @@ describe("when the network has changed", () => {
       expect(peers[0]?.sent.length).toBe(before + pings);
     });
 
-    it("is one question, whatever else tells of it", () => {
+    it("pings once, however often the change is reported", () => {
       isDoubtful();
       const before = peers.length;
       link.networkChanged();
       expect(peers).toHaveLength(before);
     });
 
-    it("takes no unanswered ping of before for the peer's end", () => {
+    it("does not hold earlier unanswered pings against the peer", () => {
       link.mayDrive = true;
       open();
       answerFor(6);
@@ -477,7 +477,7 @@ describe("when the network has changed", () => {
       expect(link.peer).toBe(old);
     });
 
-    it("waits no longer than a second for what was slow before", () => {
+    it("waits at most a second for a peer that was slow before", () => {
       open();
       playFor(6);
       peer().mayMove = true;
@@ -487,7 +487,7 @@ describe("when the network has changed", () => {
       expect(peers).toHaveLength(2);
     });
 
-    it("tries where all seemed well, but nothing has come", () => {
+    it("retries if all seemed well but nothing has arrived", () => {
       open();
       playFor(6);
       peer().mayMove = true;
@@ -500,7 +500,7 @@ describe("when the network has changed", () => {
   });
 });
 
-it("gives a peer that goes nowhere the time that its answers take", () => {
+it("gives an unmovable peer the time that its answers take", () => {
   open();
   playFor(6);
   vi.spyOn(link.clock, "slowestMs", "get").mockReturnValue(2000);
@@ -511,14 +511,14 @@ it("gives a peer that goes nowhere the time that its answers take", () => {
   expect(peers).toHaveLength(2);
 });
 
-it("gives up the first attempt that comes to nothing, after ten seconds", () => {
+it("gives up a first attempt without success after ten seconds", () => {
   vi.advanceTimersByTime(9999);
   expect(peers).toHaveLength(1);
   vi.advanceTimersByTime(2);
   expect(peers).toHaveLength(2);
 });
 
-it("hurries only where it waits", () => {
+it("hurries only while it waits", () => {
   link.hurry();
   expect(peers).toHaveLength(1);
   beginnings(40, true);
@@ -531,7 +531,7 @@ it("hurries only where it waits", () => {
 describe("a page that may not stay", () => {
   const ended = { type: "ended", text: says("The robot is closed."), openings: [] } satisfies Ended;
 
-  it("is told so, and does not come back by itself", () => {
+  it("shows that, and does not reconnect by itself", () => {
     open();
     peer().events.received("state", JSON.stringify(ended));
     expect(heard.at(-1)).toEqual(ended);
@@ -543,7 +543,7 @@ describe("a page that may not stay", () => {
     expect(states.at(-1)).toEqual({ is: "closed" });
   });
 
-  it("is told at the door, too", () => {
+  it("learns it from the answer to its offer, too", () => {
     peer().events.refused(ended);
     vi.advanceTimersByTime(60_000);
     expect(heard.at(-1)).toEqual(ended);
@@ -551,7 +551,7 @@ describe("a page that may not stay", () => {
   });
 });
 
-it("stays closed once closed, until it is told to connect", () => {
+it("stays closed until it is told to connect", () => {
   open();
   link.close();
   vi.advanceTimersByTime(60_000);
@@ -561,12 +561,12 @@ it("stays closed once closed, until it is told to connect", () => {
   expect(peers).toHaveLength(2);
 });
 
-/** Nothing comes any more, for so long. */
+/** Nothing arrives for this long. */
 function fallSilentFor(seconds: number): void {
   vi.advanceTimersByTime(seconds * 1000);
 }
 
-/** Thirty pictures a second come, and an answer to every ping with the next of them. */
+/** Thirty pictures a second arrive, and an answer to every ping with the next of them. */
 function playFor(seconds: number): void {
   let answered = peer().sent.length;
   for (let frame = 0; frame < seconds * 30; frame++) {
@@ -577,7 +577,7 @@ function playFor(seconds: number): void {
   }
 }
 
-it.each([true, false])("says within a second that no answer comes, driving: %s", (mayDrive) => {
+it.each([true, false])("reports within a second that no answer comes, driving: %s", (mayDrive) => {
   link.mayDrive = mayDrive;
   open();
   for (let tenth = 0; tenth < 10; tenth++) {
@@ -590,7 +590,7 @@ it.each([true, false])("says within a second that no answer comes, driving: %s",
   }
 });
 
-it("tells of one silence once, then that the connection is lost", () => {
+it("reports a silence once, then that the connection is lost", () => {
   open();
   answerFor(2);
   const before = states.length;
@@ -598,7 +598,7 @@ it("tells of one silence once, then that the connection is lost", () => {
   expect(states.slice(before).map((state) => state.is)).toEqual(["silent", "connecting"]);
 });
 
-it("takes a picture, and a message of any kind, for an answer", () => {
+it("counts a picture, or a message of any kind, as an answer", () => {
   open();
   answerFor(2);
   fallSilentFor(1);
@@ -610,7 +610,7 @@ it("takes a picture, and a message of any kind, for an answer", () => {
   expect(states.at(-1)).toEqual({ is: "connected" });
 });
 
-it("asks in between only where nothing comes", () => {
+it("sends extra pings only if nothing arrives", () => {
   open();
   playFor(2);
   const before = peer().sent.length;
@@ -620,7 +620,7 @@ it("asks in between only where nothing comes", () => {
   expect(peer().sent.length - before).toBe(7);
 });
 
-it("waits for an answer as long as answers take on this link", () => {
+it("waits for an answer for as long as answers take on this link", () => {
   open();
   answerFor(2);
   // A satellite: every answer takes 800 ms, and there is no picture.
@@ -647,7 +647,7 @@ it("waits for an answer as long as answers take on this link", () => {
   expect(states).toHaveLength(settled);
 });
 
-it("lets a slow link stall for a second", () => {
+it("allows a slow link to stall for a second", () => {
   open();
   answerFor(2);
   link.isThin = true;
@@ -662,13 +662,13 @@ it("lets a slow link stall for a second", () => {
   expect(states.at(-1)?.is).toBe("silent");
 });
 
-it("says nothing of a silence before the server has greeted", () => {
+it("reports no silence before the server's hello", () => {
   peer().events.opened();
   fallSilentFor(2);
   expect(states).toEqual([{ is: "connecting", reason: null }]);
 });
 
-it("is closed and tries no more where the server has no place but says who has", () => {
+it("closes and stops retrying if the server is full but names LiveKit rooms", () => {
   peer().events.sent(sentToRoom());
   expect(sentTo).toEqual([sentToRoom()]);
   expect(states.at(-1)).toEqual({ is: "closed" });
@@ -678,7 +678,7 @@ it("is closed and tries no more where the server has no place but says who has",
   expect(peers).toHaveLength(2);
 });
 
-it("says how far the attempt came that it gives up", () => {
+it("says how far a given-up attempt came", () => {
   peer().events.reached();
   peer().events.answered();
   peer().trouble = says("Nothing gets through.");

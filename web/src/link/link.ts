@@ -1,4 +1,4 @@
-/** When one peer takes another's place; how long to wait: `reconnect.ts`; one peer: `peer.ts`. */
+/** When one peer replaces another; how long to wait: `reconnect.ts`; one peer: `peer.ts`. */
 
 import type { Channel, DriveIn, Ended, Operated, Pong, StateIn, StateOut } from "../messages";
 import { ServerClock } from "../serverClock";
@@ -12,8 +12,8 @@ import { Silence } from "./silence";
 
 /**
  * The state of the connection; `silent` means that nothing has arrived recently, `waiting` that the
- * next attempt begins later. Times are on the page's clock; a reason is why the attempt
- * or connection before has ended, null if there was none.
+ * next attempt begins later. Times are on the page's clock; a reason says why the previous attempt
+ * or connection ended, null if there was none.
  */
 export type LinkState =
   | { is: "connecting"; reason: Saying | null }
@@ -27,34 +27,34 @@ export interface LinkEvents {
   changed(state: LinkState): void;
   /** A peer's offer was sent. */
   offered(): void;
-  /** A new peer takes the place of the one before, whose measurements are no longer valid. */
+  /** A new peer replaces the previous one, whose measurements are no longer valid. */
   fresh(peer: Peer): void;
   received(message: StateOut): void;
-  /** The server has answered what this page asks of the robot's controls. */
+  /** The server has answered a command to the robot's controls. */
   operated(answer: Operated): void;
   /** Called only at the moment when a peer's receivers are created. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
-  /** The link has closed: the server has no place, but says who else has. */
+  /** The link has closed: the server is full, and names LiveKit rooms instead. */
   sent(where: Sent): void;
 }
 
 const OPEN_MS = 4000;
-/** A connection that breaks sooner than this does not begin the attempts anew. */
+/** A connection that breaks sooner than this does not reset the count of attempts. */
 const STEADY_MS = 5000;
 const LOOK_EVERY_MS = 100;
 /** A shorter pause is not worth a countdown. */
 const SHOWN_PAUSE_MS = 1500;
-/** The server may not keep a page away for longer. */
+/** The longest wait that the server can ask for. */
 const MAX_RETRY_AFTER_MS = 300_000;
-/** After a goodbye: no restart is faster, and not everybody comes back at the same instant. */
+/** The least pause after a goodbye; no restart is faster. Up to twice it, to spread pages. */
 const GOODBYE_MS = 1000;
-/** After a change of network the peer may be alive: so long it has to say so. */
+/** How long a peer that may be alive has to answer after a change of network. */
 const DOUBT_MS = 150;
-/** The same where it may go on from another address, which the server checks first. */
+/** Likewise for a peer that can continue from another address, which the server checks first. */
 const MOVE_MS = 300;
-/** Meanwhile it pings so often: what is sent before the browser has found the new way is lost. */
+/** How often it pings meanwhile: pings before the browser has the new route are lost. */
 const MOVING_EVERY_MS = 50;
-/** A network that is being left is often slow: no longer than this is allowed for its delay. */
+/** The most allowed for the old network's delay: one that is being left is often slow. */
 const MOST_DELAY_MS = 1000;
 
 const now = () => performance.now();
@@ -62,40 +62,40 @@ const now = () => performance.now();
 /**
  * Keeps a connection to the server, with one peer after another, while the page is open.
  *
- * A peer that has fallen silent is kept until the server has answered another. It is often the first
- * to hear that the network is back. It goes on if the browser told of another network, since the
- * server then follows it to another address and starts over, or if a thin link was only slow; else
- * another takes its place: for its pictures the server would have to find out, slowly, what the link
- * carries now.
+ * A peer that has fallen silent is kept until the server has answered another one, because it is
+ * often the first to notice that the network is back. It continues if the browser reported another
+ * network, since the server then follows it to the new address and starts over, or if a thin link
+ * was only slow. Otherwise another peer replaces it: for the old one's pictures the server would
+ * have to find out, slowly, what the link carries now.
  */
 export class Link {
   clock = new ServerClock();
-  /** This page drives or waits to drive, so its silence must be noticed soon. */
+  /** Whether this page drives or waits to drive, so that its silence must be noticed soon. */
   mayDrive = false;
-  /** The link is so slow that every datagram counts: it gets only one ping a second. */
+  /** Whether the link is so slow that every datagram counts: it gets only one ping a second. */
   isThin = false;
-  /** The server takes voices; to be set before the first connection. */
+  /** Whether the server accepts voices; set before the first connection. */
   mayHaveVoice = false;
-  /** The cameras beside the driving view, likewise. */
+  /** The number of cameras beside the driving view; set before the first connection. */
   cameras = 0;
   #heartbeat = new Heartbeat(this.clock);
   #silence = new Silence(now());
   /** The newest peer that the server has answered. */
   #peer: Peer | null = null;
-  /** The one that is tried in its place. */
+  /** The peer that is being tried as a replacement. */
   #next: Peer | null = null;
   #isRetrying = false;
-  /** The peer may go on by another network: until it does, or has not, no other is offered. */
+  /** Whether the peer has time to continue on another network; meanwhile no other is offered. */
   #isMoving = false;
-  /** The same, and longer: whatever comes of the peer has it go on as long as no other is offered. */
+  /** Whether a sign of life lets the peer continue there; true until another is offered. */
   #mayGoOn = false;
-  /** Whether the attempt has had any answer from the server. */
+  /** Whether the current attempt has reached the server. */
   #isReached = false;
   #attempts = 0;
   #begunMs = 0;
   #notBeforeMs = 0;
   #lostLink: LostLink | null = null;
-  /** When the peer was greeted; infinite if it has not been. */
+  /** When the server's hello arrived; infinite before. */
   #connectedMs = Number.POSITIVE_INFINITY;
   #trying: ReturnType<typeof setTimeout> | undefined;
   #beating: ReturnType<typeof setTimeout> | undefined;
@@ -111,7 +111,7 @@ export class Link {
     return this.#peer;
   }
 
-  /** The newest beat heard, for what is sent next; null before the first. */
+  /** The newest beat received, to be named in commands; null before the first. */
   get beat(): string | null {
     return this.#heartbeat.newestBeat;
   }
@@ -124,14 +124,14 @@ export class Link {
     this.#begin(null);
   }
 
-  /** Makes a pending next attempt now, unless the server asked to wait. */
+  /** Starts a pending attempt now, unless the server asked to wait. */
   hurry(): void {
     if (this.#state.is === "waiting" && now() >= this.#notBeforeMs) this.#begin(this.#state.reason);
   }
 
   /**
-   * The device may have another network now. The peer is asked whether it goes on there; where that
-   * is doubtful another is made ready meanwhile. Many such changes are none.
+   * Handles a possible change of network. Pings the peer to see whether it still works; if that is
+   * doubtful, prepares another meanwhile. Many reported changes are none.
    */
   networkChanged(): void {
     if (this.#state.is === "closed" || now() < this.#notBeforeMs || this.#isMoving) return;
@@ -171,13 +171,13 @@ export class Link {
     this.#change({ is: "closed" });
   }
 
-  /** Sends what is worthless when late; `urgent` is sent even behind a backlog. */
+  /** Sends over the unreliable channel; `urgent` messages even behind a backlog. */
   sendDrive(message: DriveIn, urgent = false): void {
     this.#peer?.send("drive", writeRow(message), urgent);
   }
 
   /**
-   * Sends what must arrive. Returns false without a connection: nothing is kept for later.
+   * Sends over the reliable channel. Returns false without a connection: nothing is queued.
    */
   sendState(message: StateIn): boolean {
     return this.#peer?.send("state", JSON.stringify(message)) ?? false;
@@ -192,7 +192,7 @@ export class Link {
 
   // --- attempts ------------------------------------------------------------------------------
 
-  /** Begins an attempt in the place of the one before, which has not been answered. */
+  /** Starts an attempt, in place of any previous one that was not answered. */
   #begin(reason: Saying | null, mayOffer?: Promise<void>, afterMs = 0): void {
     clearTimeout(this.#trying);
     this.#next?.close();
@@ -225,7 +225,7 @@ export class Link {
     void peer.connect(this.client(), mayOffer);
   }
 
-  /** The peer has come back to life by itself. */
+  /** Continues with the old peer, which works again, and drops the attempt. */
   #goOn(): void {
     clearTimeout(this.#trying);
     this.#next?.close();
@@ -240,7 +240,7 @@ export class Link {
     this.#giveUpAfter(patienceMs(OPEN_MS, this.#lostLink));
   }
 
-  /** The server has taken this peer, and with that dropped the one before. */
+  /** Replaces the old peer by this one: the server has accepted it, and dropped the old one. */
   #take(peer: Peer): void {
     this.#forget();
     this.#next = null;
@@ -252,7 +252,7 @@ export class Link {
     this.#giveUpAfter(patienceMs(OPEN_MS, this.#lostLink));
   }
 
-  /** Begins another attempt unless this one gets further within this time. */
+  /** Starts another attempt unless this one gets further within this time. */
   #giveUpAfter(ms: number): void {
     clearTimeout(this.#trying);
     this.#trying = setTimeout(() => {
@@ -261,7 +261,7 @@ export class Link {
     }, ms);
   }
 
-  /** This page may not come in, and does not come back by itself. */
+  /** Closes: this page may not join, and does not retry by itself. */
   #end(ended: Ended): void {
     this.events.received(ended);
     this.close();
@@ -271,17 +271,17 @@ export class Link {
     if (peer === this.#next) {
       this.#next = null;
       const askedMs = Math.min(retryAfterMs ?? 0, MAX_RETRY_AFTER_MS);
-      // Not everybody at once.
+      // Spread the retries of many pages.
       this.#retry(reason, askedMs * (1 + Math.random() / 5));
       return;
     }
-    // In the place of one that had fallen silent another is tried already.
+    // A replacement for a peer that had fallen silent may be under way already.
     const isReplaced = this.#next !== null || (this.#isRetrying && this.#isGreeted);
     if (!isReplaced) this.#lose(reason);
     this.#forget();
   }
 
-  /** Begins to try others; a peer that may come back to life is kept. */
+  /** Starts to try other peers; keeps the old one, which may recover. */
   #lose(reason: Saying): void {
     const { rttMs } = this.clock;
     if (rttMs !== null) this.#lostLink = { roundTripMs: rttMs, isThin: this.isThin };
@@ -289,7 +289,7 @@ export class Link {
     this.#retry(reason, 0);
   }
 
-  /** Tries again when it is time; after `leastMs` at the earliest, whatever happens meanwhile. */
+  /** Schedules the next attempt, no sooner than in `leastMs`, whatever happens meanwhile. */
   #retry(reason: Saying, leastMs: number): void {
     clearTimeout(this.#trying);
     this.#isRetrying = true;
@@ -308,7 +308,7 @@ export class Link {
     this.#trying = setTimeout(() => this.#begin(reason), pauseMs);
   }
 
-  /** The network is back: what was sent into the dead one is given up, unless it has arrived. */
+  /** Restarts an attempt that was sent into a dead network, unless the server has answered. */
   #tryNow(): void {
     const isOld = now() - this.#begunMs >= freshMs(this.isThin);
     if (isOld && !this.#isReached && now() >= this.#notBeforeMs)
@@ -340,7 +340,7 @@ export class Link {
   }
 
   #beat(): void {
-    // A modem stalls for a second now and then.
+    // A modem's link stalls for a second now and then.
     const isUrgent = this.mayDrive && !this.isThin;
     if (this.#heartbeat.isSilent(now(), isUrgent) && !this.#isRetrying)
       this.#lose(ours("link.silent"));
@@ -366,7 +366,7 @@ export class Link {
       return;
     }
     const message = JSON.parse(text) as StateOut;
-    // First, so that listeners to the new connection do not see the previous one's room.
+    // First, so that listeners to the new connection do not see the previous one's room state.
     this.events.received(message);
     if (message.type === "hello") {
       clearTimeout(this.#trying);
@@ -386,7 +386,7 @@ export class Link {
 
   #answered(pong: Pong): void {
     this.#heartbeat.heard(pong, now());
-    // It was only slow, and a new peer costs a thin link some seconds.
+    // The thin link was only slow, and a new peer would cost it some seconds.
     if (this.#isRetrying && this.#isGreeted && this.isThin && !this.#isReached) this.#goOn();
   }
 

@@ -14,7 +14,7 @@ afterEach(() => {
   ending.abort();
 });
 
-/** A browser that tells of its network as phones do. */
+/** A browser that reports its network as phones do. */
 function connection(type: string) {
   const found = Object.assign(new EventTarget(), { type });
   vi.stubGlobal("navigator", { connection: found });
@@ -25,7 +25,7 @@ function connection(type: string) {
   };
 }
 
-it("tells that there is a network again", () => {
+it("reports that there is a network again", () => {
   watchNetwork(changed, ending.signal);
   window.dispatchEvent(new Event("online"));
   expect(changed).toHaveBeenCalledOnce();
@@ -34,7 +34,7 @@ it("tells that there is a network again", () => {
   expect(changed).toHaveBeenCalledOnce();
 });
 
-it("tells of another network, but neither of none nor of another speed", () => {
+it("reports another network, but not its absence or another speed", () => {
   const change = connection("wifi");
   change("wifi");
   expect(changed).not.toHaveBeenCalled();

@@ -1,6 +1,6 @@
-/** What the browser tells of the network. */
+/** Changes of network that the browser reports. */
 
-/** Network Information API, which only some browsers have; `type` only those of phones. */
+/** The Network Information API, which only some browsers have; `type` only on phones. */
 interface Connection extends EventTarget {
   readonly type?: string;
 }
@@ -10,7 +10,7 @@ export function watchNetwork(changed: () => void, signal: AbortSignal): void {
   window.addEventListener("online", changed, { signal });
   const connection = (navigator as { connection?: Connection }).connection;
   let type = connection?.type;
-  // It also tells of every new estimate of the speed.
+  // The event also fires on every new estimate of the speed.
   const look = () => {
     if (connection?.type === type) return;
     type = connection?.type;

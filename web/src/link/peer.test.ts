@@ -9,7 +9,7 @@ const CODECS = ["video/VP8", "video/rtx", "video/VP9", "video/H264", "video/AV1"
   (mimeType) => ({ mimeType, clockRate: 90_000 }),
 );
 
-/** A data channel that keeps what it was given. */
+/** A data channel that records what it is given. */
 class FakeChannel extends EventTarget {
   readyState = "open";
   bufferedAmount = 0;
@@ -100,7 +100,7 @@ const EVENTS = {
   receivers: () => {},
 };
 
-/** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
+/** A new peer that connects; the promise resolves when it has its answer or has failed. */
 function connect(mayHaveVoice = false) {
   const lost = vi.fn();
   const refused = vi.fn();
@@ -126,7 +126,7 @@ function connect(mayHaveVoice = false) {
   return { peer, connected, connection, lost, refused, sent, reached, answered, offered };
 }
 
-it("sends no offer into a network that is dead, where it might arrive much later", async () => {
+it("sends no offer into a dead network, where it might arrive much later", async () => {
   ice = () => Promise.reject(new TypeError("Failed to fetch"));
   const first = connect();
   await first.connected;
@@ -142,7 +142,7 @@ it("sends no offer into a network that is dead, where it might arrive much later
   expect(offers).toBe(1);
 });
 
-it("tells a refusal for good from one that may pass", async () => {
+it("distinguishes a final refusal from a temporary one", async () => {
   const sentence = { code: "door.closed" };
   const openings = [{ opens_wall_ms: 5, closes_wall_ms: 6 }];
   const body = { error: "The robot is closed.", sentence, ended: true, openings };
@@ -155,7 +155,7 @@ it("tells a refusal for good from one that may pass", async () => {
   expect(lost).not.toHaveBeenCalled();
 });
 
-it("passes on for how long the server asks to wait", async () => {
+it("passes on how long the server asks to wait", async () => {
   ice = async () =>
     new Response('{"error": "Too often."}', { status: 429, headers: { "Retry-After": "7" } });
   const { connected, lost } = connect();
@@ -173,7 +173,7 @@ it.each([
   expect(connection.policy).toBe(policy);
 });
 
-it("waits for its candidates only where the server wants them", async () => {
+it("waits for its candidates only if the server needs them", async () => {
   const tell = (wantsCandidates: boolean) => async () =>
     new Response(JSON.stringify({ iceServers: STUN, wantsCandidates }));
   ice = tell(true);
@@ -191,7 +191,7 @@ it("waits for its candidates only where the server wants them", async () => {
   expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
 });
 
-it("is made ready without an offer, until it may send one", async () => {
+it("is prepared without sending an offer until it may", async () => {
   const { connection } = connect();
   const peer = new Peer({ ...EVENTS }, false);
   let mayOffer = () => {};
@@ -214,7 +214,7 @@ it.each([
   expect(peer.mayMove).toBe(mayMove);
 });
 
-it("creates the offer while it asks", async () => {
+it("creates the offer during the first request", async () => {
   let answer = (_response: Response) => {};
   ice = () =>
     new Promise((resolve) => {
@@ -227,18 +227,18 @@ it("creates the offer while it asks", async () => {
   expect(connection.localDescription?.sdp).toBe("v=0 offer");
 });
 
-describe("two channels of sound", () => {
+describe("stereo sound", () => {
   beforeEach(() => {
     offer = "v=0\r\na=rtpmap:111 opus/48000/2\r\n";
   });
 
-  it("are welcome", async () => {
+  it("is requested", async () => {
     const { connected, connection } = connect();
     await connected;
     expect(connection.localDescription?.sdp).toContain("a=fmtp:111 stereo=1");
   });
 
-  it("are no condition: a browser that lets nobody change its offer is taken as it is", async () => {
+  it("is optional: the offer of a browser that allows no change is used as it is", async () => {
     const { connected, connection, lost } = connect();
     const apply = connection.setLocalDescription.bind(connection);
     connection.setLocalDescription = (one) =>
@@ -259,7 +259,7 @@ describe("sending", () => {
     return { peer, drive, state };
   }
 
-  it("drops a set-point that would wait behind others, but not one that is urgent", async () => {
+  it("drops a set-point that would queue, unless it is urgent", async () => {
     const { peer, drive } = await channels();
     drive.bufferedAmount = 300;
     expect(peer.waitingBytes).toBe(300);
@@ -268,14 +268,14 @@ describe("sending", () => {
     expect(drive.sent).toEqual(["zero"]);
   });
 
-  it("gives the state channel everything, however full the other is", async () => {
+  it("sends everything over the state channel, however full the other is", async () => {
     const { peer, drive, state } = await channels();
     drive.bufferedAmount = 100_000;
     expect(peer.send("state", "stop")).toBe(true);
     expect(state.sent).toEqual(["stop"]);
   });
 
-  it("says so where a channel is not open", async () => {
+  it("reports a channel that is not open", async () => {
     const { peer, state } = await channels();
     state.readyState = "closing";
     expect(peer.send("state", "stop")).toBe(false);
@@ -283,7 +283,7 @@ describe("sending", () => {
   });
 });
 
-it("ends where the server has no place, and says who has", async () => {
+it("ends if the server is full, and passes on the rooms that it names", async () => {
   const where = { type: "sent_to_room", rooms: [], links: ["https://watch.example.org"] };
   const bodies = { "api/ice": { iceServers: [] }, "api/offer": where };
   vi.stubGlobal("fetch", async (url: keyof typeof bodies) => {
@@ -306,7 +306,7 @@ describe("a voice", () => {
     answer = ANSWER;
   });
 
-  it("has room in the first offer where the server takes voices, and only there", async () => {
+  it("has room in the first offer only if the server accepts voices", async () => {
     const [withVoice, without] = [connect(true), connect()];
     expect(withVoice.connection.directions).toEqual(["sendrecv", "recvonly"]);
     expect(without.connection.directions).toEqual(["recvonly", "recvonly"]);
@@ -322,7 +322,7 @@ describe("a voice", () => {
     expect(offers).toBe(1);
   });
 
-  it("is packed anew by the same answer, without asking the server", async () => {
+  it("changes its encoding by the same answer, without asking the server", async () => {
     const { peer, connected, connection } = connect(true);
     await connected;
     peer.shape({ bitrateBps: 6000, packetMs: 60 });
@@ -331,7 +331,7 @@ describe("a voice", () => {
     expect(offers).toBe(1);
   });
 
-  it("goes on as it was in a browser that does not take that", async () => {
+  it("keeps its encoding in a browser that refuses the change", async () => {
     const { peer, connected, connection, lost } = connect(true);
     await connected;
     connection.setRemoteDescription = () => Promise.reject(new TypeError("no"));
@@ -340,7 +340,7 @@ describe("a voice", () => {
     expect(lost).not.toHaveBeenCalled();
   });
 
-  it("leaves the answer as it is where there is none", async () => {
+  it("leaves the answer unchanged if there is none", async () => {
     const { peer, connected, connection } = connect();
     await connected;
     await peer.speak(track);
@@ -356,7 +356,7 @@ it("offers the codecs that servers send, and no others", async () => {
   expect(codecs.map((one) => one.mimeType)).toEqual(["video/VP8", "video/rtx", "video/H264"]);
 });
 
-it("tells that the offer was sent before it is answered, so that others may work meanwhile", async () => {
+it("reports that the offer was sent before it is answered, so that drawing can go on", async () => {
   const { connected, offered, answered } = connect();
   await connected;
   expect(offered).toHaveReturnedWith(1);
@@ -390,13 +390,13 @@ it.each([
   expect(lost).toHaveBeenCalledWith(peer.trouble, null);
 });
 
-it("says why its answer is not taken, also in a frame of its own", async () => {
+it("says why its answer is rejected, even in a separate frame", async () => {
   const { connection, lost } = connect();
   connection.setRemoteDescription = () => Promise.reject({ message: "no such codec" });
   await eventually(() => expect(lost).toHaveBeenCalledWith(says("no such codec"), null));
 });
 
-it("blames no network where the connection has worked", async () => {
+it("does not blame the network if the connection has worked", async () => {
   const { connected, connection, lost } = connect();
   await connected;
   connection.iceConnectionState = "failed";
@@ -406,7 +406,7 @@ it("blames no network where the connection has worked", async () => {
 });
 
 it.each(["createOffer", "setLocalDescription", "setRemoteDescription"] as const)(
-  "is lost after 4 s, and says so, where the browser never ends %s",
+  "fails with a reason after 4 s if the browser never finishes %s",
   async (api) => {
     vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout"] });
     const asked = new Promise<void>((resolve) => {

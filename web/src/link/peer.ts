@@ -11,31 +11,31 @@ import { makePeer } from "./unbound";
 
 /** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
-  /** The server is there. */
+  /** The server can be reached. */
   reached(): void;
   /** The offer was sent. */
   offered(): void;
-  /** The server has taken this peer, and dropped this page's earlier one. */
+  /** The server has accepted this peer, and dropped this page's earlier one. */
   answered(): void;
   /** Both data channels are open. */
   opened(): void;
   received(channel: Channel, text: string): void;
-  /** The server may ask to wait for so long before the next peer. */
+  /** The peer has failed; the server may ask to wait this long before the next. */
   lost(reason: Saying, retryAfterMs: number | null): void;
-  /** The server does not let this page in. */
+  /** The server does not admit this page. */
   refused(ended: Ended): void;
-  /** The server has no place, but says who else has. */
+  /** The server is full, and names LiveKit rooms instead. */
   sent(where: Sent): void;
-  /** The receivers exist; transforms must be attached now. */
+  /** The receivers have just been created; transforms must be attached now. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
 
 /**
  * With more than this queued a set-point would arrive late, so it is not sent at all. It is the size
- * of two; each one queued before a release delays it by 40 ms on a modem's uplink.
+ * of two set-points; each one queued ahead of a release delays it by 40 ms on a modem's uplink.
  */
 const MAX_WAITING_BYTES = 256;
-/** The browser's own steps take milliseconds. */
+/** The longest that a step of the browser's own may take; usually it takes milliseconds. */
 const STEP_MS = 4000;
 
 /**
@@ -49,7 +49,7 @@ export class Peer {
   /** The cameras beside it, in the server's order. */
   readonly cameras: readonly RTCRtpReceiver[];
   readonly #pc: RTCPeerConnection;
-  /** What sends the voice; it is there from the beginning, so that speaking needs no new offer. */
+  /** Sends the voice; created at the start, so that speaking needs no new offer. */
   readonly #voice: RTCRtpSender | null = null;
   #answer: string | null = null;
   #isForHost = false;
@@ -58,7 +58,7 @@ export class Peer {
   readonly #channels: Record<Channel, RTCDataChannel>;
   readonly #aborting = new AbortController();
 
-  /** `mayHaveVoice`: the server takes voices. It has so many `cameras` beside the driving view. */
+  /** `mayHaveVoice`: the server accepts voices; `cameras`: how many beside the driving view. */
   constructor(
     private readonly events: PeerEvents,
     mayHaveVoice = false,
@@ -107,7 +107,7 @@ export class Peer {
         pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers, iceTransportPolicy });
       }
       await this.#does("setLocalDescription", this.#offer(offer));
-      // Without ICE servers there is nothing to wait for: the server learns our address from us.
+      // Without ICE servers there is nothing to wait for: our checks tell the server our address.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
       const request = await offerOf(pc.localDescription?.sdp ?? "", client);
       await mayOffer;
@@ -133,20 +133,20 @@ export class Peer {
         this.events.refused(refusal.ended);
         return;
       }
-      // By its shape: the peer is another frame's, and so are its errors.
+      // No `instanceof`: the peer belongs to another frame, and so do its errors.
       const text = (error as Partial<Error> | null)?.message;
       const why = typeof text === "string" ? says(text) : ours("link.lost");
       this.#lose(refusal?.saying ?? why, refusal?.retryAfterMs ?? null);
     }
   }
 
-  /** Waits for the browser's own step to the connection; there are browsers that never end one. */
+  /** Awaits a step of the browser's own, at most `STEP_MS`: some browsers never finish one. */
   async #does<T>(api: string, step: Promise<T>): Promise<T> {
     const timer = setTimeout(() => this.#lose(ours("link.browser_hangs", { api })), STEP_MS);
     return step.finally(() => clearTimeout(timer));
   }
 
-  /** How far this peer has come, as a sentence: why it is given up. */
+  /** Why this peer is given up, by how far it has come. */
   get trouble(): Saying {
     if (this.#answer === null || this.#hasOpened) return ours("link.no_answer");
     const { iceConnectionState } = this.#pc;
@@ -166,14 +166,14 @@ export class Peer {
     return found ? Number(found[1]) : null;
   }
 
-  /** Sends this as the voice, null for none. Rejects where the connection has ended. */
+  /** Sends this track as the voice, null for none. Rejects if the connection has ended. */
   async speak(track: MediaStreamTrack | null): Promise<void> {
     await this.#voice?.replaceTrack(track);
   }
 
   /**
-   * Packs the voice so from now on, by applying the same answer with another wish for it; nobody is
-   * asked, and nothing else changes.
+   * Changes the voice's encoding by applying the same answer with other parameters for it; the
+   * server is not involved, and nothing else changes.
    */
   shape(encoding: VoiceEncoding): void {
     if (!this.#voice || encoding === this.#encoding) return;
@@ -189,12 +189,12 @@ export class Peer {
     try {
       await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(this.#answer) });
     } catch {
-      // A browser that does not take it goes on as it was.
+      // A browser that refuses the change keeps the previous encoding.
       await pc.setLocalDescription({ type: "rollback" });
     }
   }
 
-  /** Offers this with two channels of sound; as it is where the browser does not let us say so. */
+  /** Sets the offer with stereo sound; unchanged where the browser does not allow that. */
   async #offer(offer: RTCSessionDescriptionInit): Promise<void> {
     const stereo = { type: offer.type, sdp: withStereo(offer.sdp ?? "") };
     await this.#pc.setLocalDescription(stereo).catch(() => this.#pc.setLocalDescription(offer));
@@ -215,7 +215,7 @@ export class Peer {
   }
 
   /**
-   * Sends at once or not at all, and returns which; `urgent` is sent even behind a backlog.
+   * Sends at once or not at all, and returns which; an `urgent` message even behind a backlog.
    */
   send(channel: Channel, text: string, urgent = false): boolean {
     const to = this.#channels[channel];
@@ -225,7 +225,7 @@ export class Peer {
       to.send(text);
       return true;
     } catch {
-      // The buffer is full; without its state messages the connection is useless.
+      // The buffer is full; a connection that loses state messages is useless.
       if (channel === "state") this.#lose(ours("link.lost"));
       return false;
     }
@@ -258,7 +258,7 @@ export class Peer {
   }
 }
 
-/** Offers what servers send, no more: the offer grows with each camera, and an uplink is thin. */
+/** Offers only codecs that servers send: the offer grows with each camera, and uplinks are thin. */
 function receivesPictures(pc: RTCPeerConnection): RTCRtpReceiver {
   const transceiver = pc.addTransceiver("video", { direction: "recvonly" });
   const all = RTCRtpReceiver.getCapabilities("video")?.codecs ?? [];
@@ -267,7 +267,7 @@ function receivesPictures(pc: RTCPeerConnection): RTCRtpReceiver {
   return transceiver.receiver;
 }
 
-/** The UDP ports at which the server waits, mostly one, by its answer (RFC 8839, 5.1). */
+/** The UDP ports in the server's answer, usually one (RFC 8839, 5.1). */
 function portsOf(answer: string): string {
   const found = answer.matchAll(/^a=candidate:\S+ \d+ udp \d+ \S+ (\d+) /gim);
   return [...new Set(Array.from(found, ([, port]) => port))].join(", ");

@@ -1,30 +1,30 @@
 /**
- * When to try again after losing a connection: at once, soon, each second for 20 s, then less often;
+ * When to retry after losing a connection: at once, soon, every second for 20 s, then less often;
  * and how long an attempt may take.
  */
 
-/** A phone finds another network in so long, and not every browser tells. */
+/** A phone finds another network within these, and not every browser reports that. */
 const FIRST_MS = [0, 300, 400, 400, 400, 400, 400] as const;
 const EACH_MS = 1000;
 const EACH_COUNT = 20;
 const SLOWER_MS = [2000, 4000, 8000] as const;
-/** With the largest jitter it is 10 s. */
+/** 10 s with the largest jitter. */
 const LAST_MS = 8300;
 const JITTER = 0.2;
 
-/** An attempt that has just begun need not be given up for another. */
+/** An attempt younger than this need not be given up for another. */
 const FRESH_MS = 250;
-/** An attempt over a link of which nothing is known, or which is slow, may take this long. */
+/** An attempt over an unknown or slow link may take this long. */
 const UNKNOWN_MS = 10_000;
 /** A connection, a request and its answer take two round trips; the third is for a lost packet. */
 const ROUND_TRIPS = 3;
-/** The last ones before the loss may have been longer than the link's own. */
+/** Round trips just before the loss may have been longer than the link's usual ones. */
 const MAX_TRIPS_MS = 3000;
 
 /**
- * Returns the time from the beginning of the attempt before this one; `attempt` counts from 0, the
- * first after the loss. `random` is in 0…1: from the second attempt on, a fifth more or less, so
- * that not everybody comes at the same instant after the server restarts.
+ * Returns how long after the start of the previous attempt this one starts; `attempt` counts from
+ * 0, the first after the loss. `random`, in 0…1, varies it by a fifth either way, so that not all
+ * pages return at the same instant after the server restarts.
  */
 export function attemptAfterMs(attempt: number, random: number): number {
   const slower = attempt - FIRST_MS.length - EACH_COUNT;
@@ -39,15 +39,15 @@ export interface LostLink {
 }
 
 /**
- * Returns how long an attempt may wait for the server's answer. On a link that is dead it must end
- * soon, because what it sends is sent again less and less often; on a slow one it must not.
+ * Returns how long an attempt may wait for the server's answer. On a dead link it must end soon,
+ * because retransmits back off; on a slow link it must not.
  */
 export function patienceMs(nextAfterMs: number, link: LostLink | null): number {
   if (!link || link.isThin) return Math.max(nextAfterMs, UNKNOWN_MS);
   return nextAfterMs + Math.min(ROUND_TRIPS * link.roundTripMs, MAX_TRIPS_MS);
 }
 
-/** Returns how long an attempt goes on undisturbed, whatever comes: on a thin link nothing is fast. */
+/** Returns how long an attempt is never restarted: on a thin link nothing is fast. */
 export function freshMs(isThin: boolean): number {
   return isThin ? UNKNOWN_MS : FRESH_MS;
 }

@@ -34,7 +34,7 @@ it("writes the server's times to 1 ms, others to 0.1 and all else to a thousandt
   expect(writeRow(drive)).toBe('["drive",1,2,1235,0.333,-0.123,true,"slow",100,{},"x7-_2A"]');
 });
 
-it("is written in the order of the message type, whatever order the message has", () => {
+it("has the order of the message type, whatever the message's order", () => {
   const ping = { pong_held_ms: null, id: 4, pong_id: 3, sent_page_ms: 5.06, type: "ping" } as const;
   expect(writeRow(ping)).toBe('["ping",4,5.1,3,null]');
 });

@@ -16,7 +16,7 @@ export function writeRow(message: DriveIn): string {
   return JSON.stringify(row(message, COLUMNS[message.type] ?? {}));
 }
 
-/** Returns the message in a row from the server. */
+/** Parses a row from the server. */
 export function readRow(text: string): DriveOut {
   const cells = JSON.parse(text);
   return named(cells, COLUMNS[cells[0]] ?? {}) as unknown as DriveOut;

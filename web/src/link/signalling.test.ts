@@ -22,7 +22,7 @@ it("posts offer and client as JSON and returns the answer's text", async () => {
   expect(fetching).toHaveBeenCalledWith("api/offer", expect.objectContaining(PLAIN));
 });
 
-it("offers from a frame by a way of its own, and asks for nothing with a cookie", async () => {
+it("uses a separate path from a frame, and sends no cookie", async () => {
   vi.stubGlobal("document", { documentElement: { dataset: { view: "embed" } } });
   const fetching = vi.fn(
     async (path: string) => new Response(path === "api/ice" ? "{}" : '{"sdp": "v=0"}'),
@@ -37,7 +37,7 @@ it("offers from a frame by a way of its own, and asks for nothing with a cookie"
   ]);
 });
 
-it("packs the offer where the browser can, since an uplink may be a modem's", async () => {
+it("compresses the offer if the browser can, since an uplink may be a modem's", async () => {
   const { headers, body } = await offerOf("v=0", "some-uuid");
   expect(headers).toMatchObject({ "Content-Encoding": "gzip" });
   const stream = (body as Blob).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -51,17 +51,17 @@ it("passes on the server's sentence when the offer is refused", async () => {
   );
 });
 
-it("says a sentence of its own when the answer is none of ours", async () => {
+it("shows its own sentence if the answer is not from our server", async () => {
   answer(502, "<html>Bad gateway</html>");
   await expect(postOffer({}, signal)).rejects.toThrow("The server answered 502.");
 });
 
-it("says so when nobody answers", async () => {
+it("says so if nobody answers", async () => {
   vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
   await expect(postOffer({}, signal)).rejects.toThrow("The server cannot be reached.");
 });
 
-it("goes on without ICE servers where the server has no answer, but not without a server", async () => {
+it("continues without ICE servers if that request is refused, but not without a server", async () => {
   answer(
     200,
     '{"iceServers": [{"urls": "stun:example.org"}], "relayOnly": true, "wantsCandidates": true}',

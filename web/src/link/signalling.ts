@@ -1,4 +1,4 @@
-/** The HTTP requests before there is a connection. */
+/** The HTTP requests that set up a connection. */
 
 import { isFramed } from "../framed";
 import type { SentToRoom } from "../messages";
@@ -6,33 +6,32 @@ import { ours } from "../words/said";
 import { type Asked, ask, packed, RequestError, timed } from "./http";
 
 const GATHERING_MS = 2000;
-/** A relay takes more round trips than an address does: what has not come by then will not come. */
+/** A relay candidate takes the most round trips; after it, no others are worth waiting for. */
 const AFTER_RELAY_MS = 200;
 
-/** What the host configured of STUN and TURN servers. */
+/** The STUN and TURN servers that the host configured. */
 export interface Ice {
   servers: RTCIceServer[];
   /** Only the relay may be used, even where a direct connection is possible. */
   relayOnly: boolean;
-  /** The server checks the offer's candidates, which take a moment to learn from those servers. */
+  /** Whether the server needs the offer's candidates, which take a moment to gather. */
   wantsCandidates: boolean;
 }
 
-/** The answer to an offer; whether the server takes this page for the host's. */
+/** The answer to an offer, and whether the server takes this page for the host's. */
 export interface Answered {
   sdp: string;
   isForHost: boolean;
 }
 
-/** Where to watch instead, and when that was asked. */
+/** Where to watch instead, with the times of request and answer. */
 export type Sent = SentToRoom & Asked;
 
 const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
 
 /**
- * The ICE servers, none unless configured; throws `RequestError` if the server cannot be reached.
- *
- * That is why it is asked before each offer: what is sent into a dead network may arrive much
+ * Requests the ICE servers, none unless configured; throws `RequestError` if the server cannot be
+ * reached. That is why it comes before each offer: a request into a dead network may arrive much
  * later, and a late offer would end the connection that has been made meanwhile.
  */
 export async function askIce(signal: AbortSignal): Promise<Ice> {
@@ -46,7 +45,7 @@ export async function askIce(signal: AbortSignal): Promise<Ice> {
   }
 }
 
-/** The request with an offer: packed, it takes a modem a second less. */
+/** The request with an offer; compressing it saves a modem a second. */
 export const offerOf = (sdp: string, client: string) => packed({ sdp, client });
 
 /**
@@ -62,7 +61,7 @@ export async function postOffer(
   throw new RequestError(ours("link.no_description"), true);
 }
 
-/** Waits until all candidates are known; at most two seconds, and not for what blocked UDP keeps. */
+/** Waits until all candidates are gathered, at most 2 s, and briefly once a relay's is there. */
 export function gathered(pc: RTCPeerConnection): Promise<void> {
   return new Promise((resolve) => {
     const timer = setTimeout(resolve, GATHERING_MS);

@@ -3,13 +3,13 @@ import { Silence } from "./silence";
 
 const RTT_MS = 20;
 
-/** Looks every `everyMs` for `forMs`; returns the time at the end. */
+/** Checks every `everyMs` for `forMs`; returns the time at the end. */
 function lookOn(silence: Silence, fromMs: number, forMs: number, everyMs: number): number {
   for (let ms = everyMs; ms <= forMs; ms += everyMs) silence.look(fromMs + ms);
   return fromMs + forMs;
 }
 
-it("doubts after 300 ms without a word, and not before", () => {
+it("is doubtful after 300 ms without a message, not before", () => {
   const silence = new Silence(1000);
   lookOn(silence, 1000, 290, 10);
   expect(silence.isDoubtful).toBe(false);
@@ -20,7 +20,7 @@ it("doubts after 300 ms without a word, and not before", () => {
   expect(silence.sinceMs).toBe(1310);
 });
 
-it("is silence after 700 ms, where a ping had the time to be answered", () => {
+it("is silent after 700 ms, if a ping had time to be answered", () => {
   const silence = new Silence(0);
   lookOn(silence, 0, 690, 10);
   expect(silence.isSilent(1e6, RTT_MS, false)).toBe(false);
@@ -30,7 +30,7 @@ it("is silence after 700 ms, where a ping had the time to be answered", () => {
   expect(silence.isSilent(320, RTT_MS, false)).toBe(true);
 });
 
-it("is silence later over a slow link, which stalls for a second", () => {
+it("is silent later over a slow link, which may stall for a second", () => {
   const silence = new Silence(0);
   lookOn(silence, 0, 1490, 10);
   expect(silence.isSilent(1e6, RTT_MS, true)).toBe(false);
@@ -38,7 +38,7 @@ it("is silence later over a slow link, which stalls for a second", () => {
   expect(silence.isSilent(1e6, RTT_MS, true)).toBe(true);
 });
 
-it("does not count the time in which the page did not run", () => {
+it("does not count time in which the page did not run", () => {
   const silence = new Silence(0);
   silence.look(60_000);
   expect(silence.isDoubtful).toBe(false);
@@ -48,7 +48,7 @@ it("does not count the time in which the page did not run", () => {
   expect(silence.isSilent(1e6, RTT_MS, false)).toBe(true);
 });
 
-it("is no silence in a hidden tab that looks once a second and hears as often", () => {
+it("is not silent in a hidden tab that checks and receives once a second", () => {
   const silence = new Silence(0);
   for (let ms = 1000; ms < 60_000; ms += 1000) {
     silence.look(ms);

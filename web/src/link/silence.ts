@@ -9,7 +9,7 @@ const THIN_SILENT_AFTER_MS = 1500;
 const LONGEST_STEP_MS = 200;
 
 /**
- * How long nothing has arrived: from the server, neither a message nor a picture; or of a camera. Pure.
+ * How long nothing has arrived: nothing from the server, or no picture of a camera. Pure.
  *
  * Only time in which the page runs counts. A tab in the background, or one that was frozen, runs
  * its timers before it handles what has arrived meanwhile.

@@ -12,18 +12,18 @@ const OFFER = [
 ].join("\r\n");
 const BEFORE = "a=fmtp:111 minptime=10;useinbandfec=1\r\n";
 
-it("welcomes two channels, of Opus alone", () => {
+it("requests stereo for Opus only", () => {
   const after = "a=fmtp:111 minptime=10;useinbandfec=1;stereo=1\r\n";
   expect(withStereo(OFFER)).toBe(OFFER.replace(BEFORE, after));
 });
 
-it("says so once", () => {
+it("requests it only once", () => {
   const offer = OFFER.replace("useinbandfec=1", "stereo=0;useinbandfec=1");
   expect(withStereo(offer)).toContain("a=fmtp:111 minptime=10;useinbandfec=1;stereo=1\r\n");
   expect(withStereo(withStereo(OFFER))).toBe(withStereo(OFFER));
 });
 
-it("adds the line where the offer has none", () => {
+it("adds the line if the offer has none", () => {
   expect(withStereo(OFFER.replace(BEFORE, ""))).toContain(
     "a=rtpmap:111 opus/48000/2\r\na=fmtp:111 stereo=1\r\n",
   );

@@ -1,6 +1,6 @@
 /**
- * This page's offer, saying that two channels of sound are welcome (`stereo`, RFC 7587, 6.1): a
- * browser that does not say so decodes stereo to mono. An offer without Opus is returned as it is.
+ * Returns this page's offer with a request for stereo sound (`stereo`, RFC 7587, 6.1): without it
+ * a browser decodes stereo to mono. An offer without Opus is returned as it is.
  * Pure.
  */
 export function withStereo(offer: string): string {

@@ -9,7 +9,7 @@ beforeEach(() => {
   vi.stubGlobal("fetch", fetching);
 });
 
-it("posts a stop in the same task, ahead of other requests and beyond the life of the page", async () => {
+it("posts a stop in the same task, ahead of other requests, even if the page closes", async () => {
   fetching.mockResolvedValue(new Response('{"stop": 7}'));
   const posted = postStop("some-uuid", 5);
   expect(fetching).toHaveBeenCalledWith(
@@ -24,19 +24,19 @@ it("posts a stop in the same task, ahead of other requests and beyond the life o
   expect(await posted).toBe(7);
 });
 
-it("shows the tab's secret, by which a browser without cookies is known", () => {
+it("sends the tab's secret, which identifies a browser without cookies", () => {
   fetching.mockResolvedValue(new Response('{"stop": 7}'));
   void postStop("some-uuid", 5);
   const [, { headers }] = fetching.mock.lastCall as [string, { headers: object }];
   expect(headers).toEqual({ "Content-Type": "application/json", "WAX-Tab": "some-uuid" });
 });
 
-it("takes an answer without a stop for none", async () => {
+it("rejects an answer without a stop", async () => {
   fetching.mockResolvedValue(new Response('{"ok": true}'));
   await expect(postStop("c", 5)).rejects.toMatchObject({ isFinal: false });
 });
 
-it("tells a refusal from silence", async () => {
+it("distinguishes a refusal from no answer", async () => {
   fetching.mockResolvedValue(new Response('{"error": "Only whoever drives."}', { status: 403 }));
   await expect(postStop("c", 5)).rejects.toMatchObject({
     saying: says("Only whoever drives."),
@@ -47,7 +47,7 @@ it("tells a refusal from silence", async () => {
   await expect(postStop("c", 5)).rejects.toMatchObject({ isRefusal: false });
 });
 
-it("posts which stop is released", async () => {
+it("posts the number of the released stop", async () => {
   fetching.mockResolvedValue(new Response('{"ok": true}'));
   await postRelease("some-uuid", 7);
   expect(fetching).toHaveBeenCalledWith(

@@ -1,16 +1,16 @@
-/** Stop and its release by HTTP; when, and what goes by the channel: `drive/stopControl.ts`. */
+/** Stop and its release by HTTP; when, and over which transport: `drive/stopControl.ts`. */
 
 import { ours } from "../words/said";
 import { JSON_TYPE, post, RequestError } from "./http";
 
 const STOP_MS = 5000;
-/** By its tab's secret the server knows a page whose browser allows no cookie. */
+/** The header with the tab's secret, by which the server knows a page without cookies. */
 const TAB = "WAX-Tab";
 
 /**
  * Presses Stop by HTTP, in parallel with the state channel; the request survives the page being
- * closed. Returns the number of the stop, once it is latched; throws `RequestError`. The server takes
- * a `press` once, however often it comes.
+ * closed. Returns the number of the stop, once it is latched; throws `RequestError`. The server
+ * counts a `press` once, however often it arrives.
  */
 export async function postStop(client: string, press: number): Promise<number> {
   const signal = AbortSignal.timeout(STOP_MS);
@@ -20,7 +20,7 @@ export async function postStop(client: string, press: number): Promise<number> {
     { keepalive: true, priority: "high", signal, headers: { ...JSON_TYPE, [TAB]: client } },
   );
   if (typeof stop === "number") return stop;
-  // A portal that wants a login answers everything.
+  // A captive portal answers every request.
   throw new RequestError(ours("link.no_answer"), false);
 }
 

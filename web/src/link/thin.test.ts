@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { cameOverThin, isNeededForDriving, isThin } from "./thin";
 
-it("takes a link below 100 kbit/s for a thin one", () => {
+it("counts a link below 100 kbit/s as thin", () => {
   expect(isThin({ link_bps: 99_999 })).toBe(true);
   expect(isThin({ link_bps: 100_000 })).toBe(false);
 });
@@ -15,7 +15,7 @@ it.each([
   expect(cameOverThin([{ transferSize, responseStart: 100, responseEnd: 100 + ms }])).toBe(is);
 });
 
-it("keeps a thin link, or one of which nothing is known, for whoever drives", () => {
+it("reserves a thin or unknown link for driving", () => {
   expect(isNeededForDriving({ link_bps: 48_000 }, 7)).toBe(true);
   expect(isNeededForDriving(null, 7)).toBe(true);
   expect(isNeededForDriving({ link_bps: 2_000_000 }, 7)).toBe(false);

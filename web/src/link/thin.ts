@@ -1,18 +1,18 @@
-/** Which link is thin, and when nothing more may load; parts that wait: `view/late.tsx`. Pure. */
+/** When a link is thin, and when nothing more may load; parts that wait: `view/late.tsx`. Pure. */
 
 import type { Served } from "../messages";
 
-/** What the browser tells of a file that it has loaded. */
+/** The browser's timing of a loaded file. */
 type Loaded = Pick<PerformanceResourceTiming, "transferSize" | "responseStart" | "responseEnd">;
 
-/** On a slower link than this, the page's own traffic matters. */
+/** On a link slower than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
 
 export function isThin(served: Pick<Served, "link_bps">): boolean {
   return served.link_bps < THIN_BPS;
 }
 
-/** A smaller file tells more of the round trip than of the rate; so much of the page is one file. */
+/** A smaller file's timing shows the round trip rather than the rate; one of ours is this large. */
 const TELLING_BYTES = 20_000;
 
 /** Whether the page itself came over a thin link. */
@@ -24,8 +24,8 @@ export function cameOverThin(loaded: readonly Loaded[]): boolean {
 }
 
 /**
- * Whether nothing more may be loaded now: on a thin link, who drives needs all of it. While
- * nothing is known of the link it may be thin.
+ * Whether nothing more may be loaded now, because driving needs all of a thin link. A link of
+ * unknown rate may be thin.
  */
 export function isNeededForDriving(
   served: Pick<Served, "link_bps"> | null,

@@ -31,7 +31,7 @@ beforeEach(() => {
   vi.stubGlobal("document", page);
 });
 
-it("has peers made where the microphone is not allowed, by one frame that stays", () => {
+it("creates peers in one permanent frame that may not use the microphone", () => {
   Object.assign(page, { featurePolicy: {} });
   const peer = makePeer(WISH);
   expect(peer).toBeInstanceOf(FramePeer);
@@ -41,7 +41,7 @@ it("has peers made where the microphone is not allowed, by one frame that stays"
   expect(frames).toHaveLength(1);
 });
 
-it("makes them itself in another site's frame, and in browsers that decide otherwise", () => {
+it("creates them directly in another site's frame, and in other browsers", () => {
   expect(makePeer(WISH)).toBeInstanceOf(TopPeer);
   Object.assign(page, { featurePolicy: {} });
   page.documentElement.dataset.view = "embed";

@@ -1,16 +1,16 @@
-/** Peers that do not hang on one address of this device. */
+/** Peers that are not bound to one address of this device. */
 
 import { isFramed } from "../framed";
 
 let frame: HTMLIFrameElement | undefined;
 
 /**
- * Makes a peer whose sockets go on from whatever address the device gets.
+ * Creates a peer whose sockets survive a change of the device's address.
  *
- * Chromium binds the sockets of a document that may use the microphone to the interfaces' addresses,
- * with which they die, and learns of another address 1.5 s late. So an empty frame that may not use
- * it makes the peers. Other browsers decide otherwise, and know no `featurePolicy`; a page in another
- * site's frame may not speak anyway.
+ * Chromium binds the sockets of a document that may use the microphone to the interfaces'
+ * addresses: they die with an address, and a new one is noticed 1.5 s late. So an empty frame that
+ * may not use the microphone creates the peers. Other browsers work differently, and lack
+ * `featurePolicy`; a page in another site's frame may not speak anyway.
  */
 export function makePeer(configuration: RTCConfiguration): RTCPeerConnection {
   if (isFramed() || !("featurePolicy" in document)) return new RTCPeerConnection(configuration);

@@ -8,7 +8,7 @@ it("counts what arrives in a second", () => {
   expect(arrivals.next(115, 2500)).toBe(0);
 });
 
-it("claims nothing about a counter that begins again, is missing, or has not moved in time", () => {
+it("reports nothing if the counter restarts, is missing, or no time has passed", () => {
   const arrivals = new Arrivals();
   arrivals.next(100, 1000);
   expect(arrivals.next(3, 2000)).toBeNull();

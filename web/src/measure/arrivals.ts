@@ -2,7 +2,7 @@
 export class Arrivals {
   #last: { count: number; atMs: number } | null = null;
 
-  /** The mean rate since the last call; null at first, and where the counter begins again. */
+  /** The mean rate since the last call; null at first, and where the counter restarts. */
   next(count: number | undefined, atMs: number): number | null {
     const last = this.#last;
     this.#last = count === undefined ? null : { count, atMs };

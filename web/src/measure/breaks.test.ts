@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { LastMinute } from "./breaks";
 
-it("counts the breaks of the last minute and tells the longest", () => {
+it("counts the breaks of the last minute and knows the longest", () => {
   const breaks = new LastMinute(30);
   expect(breaks.take(0)).toEqual({ count: 0, longestMs: 0 });
   breaks.add(1000, 1, 200);
@@ -12,7 +12,7 @@ it("counts the breaks of the last minute and tells the longest", () => {
   expect(breaks.take(63_000)).toEqual({ count: 0, longestMs: 0 });
 });
 
-it("takes what goes on over several looks for one", () => {
+it("counts a break across several samples once", () => {
   const breaks = new LastMinute(30);
   breaks.add(250, 1, 20);
   breaks.add(500, 0, 250);
@@ -20,7 +20,7 @@ it("takes what goes on over several looks for one", () => {
   expect(breaks.take(800)).toEqual({ count: 1, longestMs: 370 });
 });
 
-it("does not take several short ones for a long one", () => {
+it("does not merge several short ones into a long one", () => {
   const breaks = new LastMinute(30);
   breaks.add(250, 3, 60);
   expect(breaks.take(300)).toEqual({ count: 0, longestMs: 0 });

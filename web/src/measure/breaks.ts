@@ -14,8 +14,8 @@ export class LastMinute {
   constructor(private readonly leastMs: number) {}
 
   /**
-   * Since the last sample `count` interruptions began and together lasted `lengthMs`. Several in one
-   * sample are assumed to be equally long; with none begun, an earlier one continued.
+   * Adds a sample: since the last one `count` interruptions began and together lasted `lengthMs`.
+   * Several in one sample are assumed to be equally long; if none began, an earlier one continued.
    */
   add(atMs: number, count: number, lengthMs: number): void {
     if (lengthMs <= 0) return;

@@ -13,7 +13,7 @@ function looked(
 
 const samples = (ms: number, clockHz = 48_000) => (ms * clockHz) / 1000;
 
-it.each([48_000, 8000])("tells how much sound was concealed and played, at %s Hz", (clockHz) => {
+it.each([48_000, 8000])("reports how much sound was concealed and played, at %s Hz", (clockHz) => {
   const counts = new SoundCounts();
   const at = (packetsReceived: number, concealedMs: number, playedMs: number) =>
     looked(
@@ -33,7 +33,7 @@ it.each([48_000, 8000])("tells how much sound was concealed and played, at %s Hz
   expect(counts.pauses.take(300)).toEqual({ count: 1, longestMs: 120 });
 });
 
-it("counts silence that conceals as concealed", () => {
+it("counts concealing silence as concealed", () => {
   const counts = new SoundCounts();
   const at = (packetsReceived: number, concealedMs: number) => ({
     packetsReceived,
@@ -46,7 +46,7 @@ it("counts silence that conceals as concealed", () => {
   expect(counts.next(looked(at(2, 2000)), 2000).concealed_ms).toBe(2000);
 });
 
-it("tells of the built-in player what that counts", () => {
+it("reports the built-in player's own counts", () => {
   const counts = new SoundCounts();
   const heard = { rtp: 0, atMs: 0, delayMs: 30, outputMs: 9, playedMs: 500, stretchedMs: 7 };
   expect(counts.builtIn({ ...heard, concealedMs: 40 }, 500)).toEqual({
@@ -59,7 +59,7 @@ it("tells of the built-in player what that counts", () => {
   expect(counts.pauses.take(600)).toEqual({ count: 1, longestMs: 40 });
 });
 
-it("tells what buffer and device add to the sound", () => {
+it("reports the delays of buffer and device", () => {
   const counts = new SoundCounts();
   const at = (count: number) =>
     looked(
@@ -72,7 +72,7 @@ it("tells what buffer and device add to the sound", () => {
   expect(told.output_ms).toBeCloseTo(180);
 });
 
-it("tells nothing of what the browser does not count", () => {
+it("reports nothing that the browser does not count", () => {
   expect(new SoundCounts().next(looked({}), 0)).toEqual({
     delay_ms: null,
     output_ms: null,
@@ -82,7 +82,7 @@ it("tells nothing of what the browser does not count", () => {
   });
 });
 
-it("tells how long the picture was frozen as the browser counts it", () => {
+it("reports how long the picture was frozen, by the browser's count", () => {
   const counts = new PictureCounts();
   const at = (framesDecoded: number, freezeCount: number, totalFreezesDuration: number) =>
     looked({ framesDecoded, freezeCount, totalFreezesDuration });
@@ -91,7 +91,7 @@ it("tells how long the picture was frozen as the browser counts it", () => {
   expect(counts.freezes.take(300)).toEqual({ count: 1, longestMs: 400 });
 });
 
-it("counts by what was seen where the browser does not count", () => {
+it("counts presented frames if the browser does not count", () => {
   const counts = new PictureCounts();
   const seen = new Freezes();
   counts.next(looked({ framesDecoded: 1 }), seen, 0);
@@ -99,7 +99,7 @@ it("counts by what was seen where the browser does not count", () => {
   expect(counts.next(looked({ framesDecoded: 5 }), seen, 650).frozen_ms).toBe(500);
 });
 
-it("takes no picture that was switched off for a frozen one", () => {
+it("does not count a picture that was switched off as frozen", () => {
   const counts = new PictureCounts();
   const at = (framesDecoded: number, freezes: number, s: number) =>
     looked({ framesDecoded, freezeCount: freezes, totalFreezesDuration: s });

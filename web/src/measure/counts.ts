@@ -11,7 +11,7 @@ import { Tally } from "./tally";
 /** Shorter gaps are hardly audible. */
 const PAUSE_MS = 30;
 
-/** What is measured beside the age, whoever plays. */
+/** What is measured besides the age, by either player. */
 type SoundFigures = Omit<SoundReport, "age_ms" | "player">;
 
 /** The sound's figures from the receiver's counters, or from the built-in player. */
@@ -22,15 +22,15 @@ export class SoundCounts {
   readonly #tally = new Tally("concealed", "events", "played", "stretched");
   #concealedMs = 0;
 
-  /** The sound is off. */
+  /** Pauses counting while the sound is off. */
   rest(): void {
     this.#tally.rest();
   }
 
   /**
-   * Everything but the age. Concealed samples include silent ones, which browsers insert in long
-   * gaps and which are the worst of them. The device's delay (`output_ms`) is null in browsers
-   * without `media-playout`.
+   * Returns everything but the age. Concealed samples include silent ones, which browsers insert in
+   * long gaps, the worst of all. The device's delay (`output_ms`) is null in browsers without
+   * `media-playout`.
    */
   next({ inbound, playout, clockHz }: ReceiverStats, nowMs: number): SoundFigures {
     const toMs = 1000 / clockHz;
@@ -55,7 +55,7 @@ export class SoundCounts {
     };
   }
 
-  /** The same of the built-in player. */
+  /** Returns the same figures for the built-in player. */
   builtIn(
     { delayMs, outputMs, concealedMs, playedMs, stretchedMs }: Heard,
     nowMs: number,
@@ -73,13 +73,13 @@ export class SoundCounts {
   }
 }
 
-/** The picture's figures from the receiver's counters; `seen` counts if the browser does not. */
+/** The picture's figures from the receiver's counters, or from `seen` if the browser lacks them. */
 export class PictureCounts {
   readonly freezes = new LastMinute(0);
   readonly #buffer = new DelayMeter();
   readonly #tally = new Tally("freezes", "frozenMs");
 
-  /** The picture is off or not visible. */
+  /** Pauses counting while the picture is off or not visible. */
   rest(): void {
     this.#tally.rest();
   }

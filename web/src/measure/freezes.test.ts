@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { Freezes } from "./freezes";
 
-/** Pictures each so many ms after the one before. */
+/** Presents pictures with these gaps in ms. */
 function shown(...gapsMs: number[]): Freezes {
   const freezes = new Freezes();
   let atMs = 1000;
@@ -15,18 +15,18 @@ function shown(...gapsMs: number[]): Freezes {
 
 const steady = (gapMs: number) => Array.from({ length: 30 }, () => gapMs);
 
-it("takes a gap for a freeze that is longer than the mean by 150 ms and than thrice the mean", () => {
+it("counts a gap longer than the mean plus 150 ms and than three times the mean", () => {
   expect(shown(...steady(40), 189)).toMatchObject({ count: 0, totalMs: 0 });
   expect(shown(...steady(40), 191)).toMatchObject({ count: 1, totalMs: 191 });
   expect(shown(...steady(200), 599).count).toBe(0);
   expect(shown(...steady(200), 601).count).toBe(1);
 });
 
-it("knows no freeze before it knows the rate", () => {
+it("counts no freeze before it knows the rate", () => {
   expect(shown(5000).count).toBe(0);
 });
 
-it("does not count the time in which the pictures were to stop", () => {
+it("does not count pauses", () => {
   const freezes = shown(...steady(40));
   freezes.rest();
   freezes.presented(60_000);
@@ -35,7 +35,7 @@ it("does not count the time in which the pictures were to stop", () => {
   expect(freezes).toMatchObject({ count: 1, totalMs: 900 });
 });
 
-it("lets a picture be that is told too late", () => {
+it("ignores a picture that is reported too late", () => {
   const freezes = shown(...steady(40));
   freezes.presented(1100);
   freezes.presented(2240);

@@ -21,7 +21,7 @@ export class Freezes {
     this.#lastMs = atMs;
   }
 
-  /** Pauses: the time until the next frame does not count as a freeze. */
+  /** Pauses counting: the time until the next frame does not count as a freeze. */
   rest(): void {
     this.#lastMs = null;
   }

@@ -1,13 +1,13 @@
 import { expect, it } from "vitest";
 import { DelayMeter } from "./meanDelay";
 
-it("divides what was added to the delay by what came out since", () => {
+it("divides the added delay by the number of items since the last call", () => {
   const meter = new DelayMeter();
   expect(meter.next(100, 1000)).toBeNull();
   expect(meter.next(101, 1020)).toBeCloseTo(50);
 });
 
-it("tells nothing when nothing came out, or where the browser does not count", () => {
+it("reports nothing without items, or if the browser does not count", () => {
   const meter = new DelayMeter();
   meter.next(1, 10);
   expect(meter.next(1, 10)).toBeNull();

@@ -23,32 +23,32 @@ it("measures from capture to presentation", () => {
   expect(meter.newestServerMs).toBe(10_100);
 });
 
-it("tells the age of a picture that stands still, but not of one that is merely awaited", () => {
+it("reports the age of a frozen picture, but not while the next is merely due", () => {
   meter.presented(0, 40);
   meter.take(50);
   expect(meter.take(300).ageMs).toBeNull();
   expect(meter.take(2000).ageMs).toBe(2000);
 });
 
-it("counts the frames of the last second, also where the browser tells no RTP time", () => {
+it("counts the frames of the last second, even without RTP times", () => {
   for (let at = 0; at < 2000; at += 50) meter.presented(undefined, at);
   expect(meter.take(2000)).toEqual({ ageMs: null, rateHz: 19 });
   expect(meter.newestServerMs).toBeNull();
 });
 
-it("never takes a late frame for the newest", () => {
+it("never counts a late frame as the newest", () => {
   meter.presented(9000, 120);
   meter.presented(0, 130);
   expect(meter.newestServerMs).toBe(10_100);
 });
 
-it("forgets all with a fresh peer", () => {
+it("forgets everything for a new peer", () => {
   meter.presented(0, 40);
   meter.reset();
   expect(meter.take(100)).toEqual({ ageMs: null, rateHz: 0 });
 });
 
-it("knows of nothing seen from the moment the picture is switched until the next", () => {
+it("knows no capture time between switching the picture and the next frame", () => {
   meter.presented(0, 40);
   meter.unsee();
   expect(meter.newestServerMs).toBeNull();
@@ -56,7 +56,7 @@ it("knows of nothing seen from the moment the picture is switched until the next
   expect(meter.newestServerMs).toBe(10_100);
 });
 
-it("takes no picture of the future for seen", () => {
+it("ignores a picture from the future", () => {
   meter.presented(90_000, 40);
   expect(meter.newestServerMs).toBeNull();
 });
@@ -99,13 +99,13 @@ describe("what is on the screen", () => {
     };
   });
 
-  it("is what the browser names", () => {
+  it("is what the browser reports", () => {
     receiver.delivered = 90_000;
     present(9000, 140);
     expect(meter.newestServerMs).toBe(10_100);
   });
 
-  it("is, where the browser names none, what the receiver had delivered by the frame before", () => {
+  it("is otherwise what the receiver had delivered by the previous frame", () => {
     receiver.delivered = 0;
     present(undefined, 40);
     expect(meter.newestServerMs).toBeNull();
@@ -116,7 +116,7 @@ describe("what is on the screen", () => {
     expect(meter.newestServerMs).toBe(10_100);
   });
 
-  it("is never what another connection's receiver had delivered", () => {
+  it("is never what another connection's receiver delivered", () => {
     receiver.delivered = 9000;
     present(undefined, 140);
     receiver = makeReceiver();

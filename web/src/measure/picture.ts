@@ -1,4 +1,4 @@
-/** How old the picture on screen is, and how many a second; when too old: `view/live.ts`. */
+/** The age and rate of the pictures on screen; when one is too old: `view/live.ts`. */
 
 import { Freezes } from "./freezes";
 import type { RtpTimeline } from "./rtp";
@@ -6,7 +6,7 @@ import type { RtpTimeline } from "./rtp";
 const RATE_WINDOW_MS = 1000;
 /** Without a frame for this long, the age is that of the frame still on screen. */
 const STANDING_MS = 500;
-/** A frame from further in the future than the clocks' error belongs to another stream. */
+/** A frame further in the future than the clocks can err belongs to another stream. */
 const MAX_AHEAD_MS = 500;
 
 export interface PictureFacts {
@@ -52,7 +52,7 @@ export class PictureMeter {
     };
   }
 
-  /** The picture was switched off or on: earlier frames no longer count. */
+  /** Forgets earlier frames, because the picture was switched off or on. */
   unsee(): void {
     this.newestServerMs = null;
   }
@@ -79,7 +79,7 @@ export function tellsFrames(): boolean {
 }
 
 /**
- * Passes every frame that this element presents to the meter; returns a function that ends it.
+ * Passes every frame that this element presents to the meter; returns a function that stops it.
  *
  * Chromium, Firefox and Safari report a frame's RTP time (video-rvfc, `rtpTimestamp`). For other
  * browsers the receiver's newest counts (webrtc-pc 5.3.1: of the frame last delivered to the

@@ -1,7 +1,7 @@
 import { expect, it, vi } from "vitest";
 import { measureRefresh } from "./refresh";
 
-it("finds the refresh interval although the page is busy now and then", async () => {
+it("finds the refresh interval although the page is sometimes busy", async () => {
   let frame = 0;
   let nowMs = 500;
   vi.stubGlobal("requestAnimationFrame", (callback: FrameRequestCallback) => {

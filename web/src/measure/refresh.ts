@@ -1,7 +1,7 @@
 const FRAMES = 20;
 
 /**
- * The screen's refresh interval in ms: the median gap between frames, once there are enough. A
+ * Resolves to the screen's refresh interval in ms: the median gap between animation frames. A
  * screen draws a frame within this time, which is the uncertainty of "shown".
  */
 export function measureRefresh(): Promise<number> {

@@ -7,7 +7,7 @@ import type { Heard } from "../sound/builtInPlayer";
 import type { Facts } from "../state";
 import { Reporter } from "./report";
 
-/** What the browser tells of the two receivers; changed by the test as time goes on. */
+/** The browser's stats of the two receivers; the test changes them over time. */
 let sound: { inbound: object; playout: object | null; heardAtMs: number; rtp: number };
 let picture: object;
 let wants: { sound: boolean; picture: boolean };
@@ -74,13 +74,13 @@ afterEach(() => {
   vi.clearAllTimers();
 });
 
-/** The sound that was captured so long before is handed to the device now. */
+/** Sound captured this long ago is handed to the device now. */
 function hear(ageMs: number): void {
   sound.heardAtMs = performance.now();
   sound.rtp = (sound.heardAtMs - ageMs) * 48;
 }
 
-it("adds what the device delays to the sound's age, where the browser tells it", async () => {
+it("adds the device's delay to the sound's age, if the browser reports it", async () => {
   hear(50);
   await vi.advanceTimersByTimeAsync(250);
   expect(sent.at(-1)?.sound).toMatchObject({ output_ms: null });
@@ -95,7 +95,7 @@ it("adds what the device delays to the sound's age, where the browser tells it",
   expect(sent.at(-1)?.sound?.age_ms).toBeCloseTo(230);
 });
 
-it("looks at each receiver once a report, and not at one that is off", async () => {
+it("reads each receiver once a report, except one that is off", async () => {
   await vi.advanceTimersByTimeAsync(1000);
   expect([sent.length, looks]).toEqual([4, 8]);
   wants = { sound: false, picture: true };
@@ -104,7 +104,7 @@ it("looks at each receiver once a report, and not at one that is off", async () 
   expect(sent.at(-1)?.sound).toBeNull();
 });
 
-it("reports often until it has settled, and to a slow link once a second from the start", async () => {
+it("reports often until it has settled, but over a slow link once a second from the start", async () => {
   await vi.advanceTimersByTimeAsync(10_000);
   expect(sent).toHaveLength(40);
   await vi.advanceTimersByTimeAsync(10_000);
@@ -118,7 +118,7 @@ it("reports often until it has settled, and to a slow link once a second from th
   expect(sent).toHaveLength(100);
 });
 
-it("tells within 100 ms that what the built-in player sounds has moved, but no slow link", async () => {
+it("reports within 100 ms that the built-in player's delay has moved, except over a slow link", async () => {
   const times = {
     atMs: 1000,
     delayMs: 40,
@@ -147,7 +147,7 @@ it("tells within 100 ms that what the built-in player sounds has moved, but no s
   }
 });
 
-it("tells a person the age with all that can be wrong with it", async () => {
+it("shows the age with its whole possible error", async () => {
   reporter.refreshMs = 16;
   await vi.advanceTimersByTimeAsync(240);
   reporter.picture.presented(200 * 90, 240);
@@ -156,7 +156,7 @@ it("tells a person the age with all that can be wrong with it", async () => {
   expect(facts[0]?.pictureErrorMs).toBeCloseTo(1 + 8, 0);
 });
 
-it("tells pauses and freezes, of those looks too that are not reported", async () => {
+it("shows pauses and freezes, also from samples that are not reported", async () => {
   link.isThin = true;
   const at = (concealedMs: number, freezes: number) => {
     const packetsReceived = performance.now() + 1;
@@ -192,14 +192,14 @@ it("tells pauses and freezes, of those looks too that are not reported", async (
   expect(sent.at(-1)?.picture?.frozen_ms).toBe(300);
 });
 
-it("does not call a picture old at which nobody can look", async () => {
+it("does not call a hidden picture old", async () => {
   reporter.picture.presented(0, 40);
   vi.spyOn(document, "hidden", "get").mockReturnValue(true);
   await vi.advanceTimersByTimeAsync(5000);
   expect(sent.at(-1)?.picture).toMatchObject({ age_ms: null, rate_hz: null });
 });
 
-it("tells how unevenly the sound arrives, how long it waits, and how many pictures arrive", async () => {
+it("shows the sound's jitter and buffering, and how many pictures arrive", async () => {
   sound.inbound = { packetsReceived: 1, jitter: 0.0125 };
   picture = { framesReceived: 100 };
   await vi.advanceTimersByTimeAsync(1000);

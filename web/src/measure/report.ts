@@ -14,16 +14,16 @@ import { type InboundStats, look } from "./stats";
 const REPORT_EVERY_MS = 250;
 /** Often enough for a median in each report, at hardly any cost. */
 const SAMPLES_PER_REPORT = 5;
-/** Each 100 ms: whether the sound has moved, and the picture is to move with it. */
+/** Every 100 ms: whether the sound's age has moved, so that the picture must follow. */
 const SAMPLES_PER_LOOK = 2;
-/** Single measurements differ by less than this. */
+/** The noise of single measurements is below this. */
 const MOVED_MS = 15;
 /** People cannot read figures that change faster than this. */
 const REPORTS_PER_FACTS = 4;
-/** This many reports are all sent after a stream has begun, until the figures have settled. */
+/** After a stream has started, this many reports are all sent, until the figures have settled. */
 const UNSETTLED_REPORTS = 40;
 
-/** What is measured, null while there is nothing; and who is told. */
+/** The connection to measure, and where reports go; `peer` is null while there is none. */
 export interface Measured {
   readonly peer: Receivers | null;
   readonly clock: Pick<ServerClock, "toServerMs" | "errorMs" | "rttMs">;
@@ -32,7 +32,7 @@ export interface Measured {
   sendDrive(report: Report): void;
 }
 
-/** What a stream comes by, null where there is none. */
+/** The receivers of the two streams, null where there is none. */
 export interface Receivers {
   readonly sound: RTCRtpReceiver | null;
   readonly picture: RTCRtpReceiver | null;
@@ -40,9 +40,9 @@ export interface Receivers {
 
 export interface ReporterOptions {
   link: Measured;
-  /** What is on; a stream that is off is not measured. */
+  /** Which streams are on; one that is off is not measured. */
   wants: () => { sound: boolean; picture: boolean };
-  /** What the built-in player sounds; null while the browser's plays. */
+  /** What the built-in player plays; null while the browser's plays. */
   heard: (nowMs: number) => Heard | null;
   onFacts: (facts: Facts) => void;
 }
@@ -59,7 +59,7 @@ export class Reporter {
   #ticks = 0;
   #reports = 0;
   #reported = "";
-  /** How old the sound was by the last report that was sent. */
+  /** The sound's age in the last report that was sent. */
   #toldMs: number | null = null;
 
   constructor(private readonly options: ReporterOptions) {
@@ -70,7 +70,7 @@ export class Reporter {
     setInterval(() => this.#tick(), REPORT_EVERY_MS / SAMPLES_PER_REPORT);
   }
 
-  /** A new peer: earlier measurements no longer count. */
+  /** Forgets earlier measurements, for a new peer. */
   reset(): void {
     this.#timelines.audio.set(null);
     this.#timelines.video.set(null);
@@ -94,7 +94,7 @@ export class Reporter {
     if (isDue || (isLook && this.#hasMoved(heardMs))) void this.#report(peer, isDue);
   }
 
-  /** Returns how old what the built-in player sounds is; null while the browser's plays. */
+  /** Returns the age of what the built-in player plays; null while the browser's plays. */
   #listen(peer: Receivers, nowMs: number): number | null {
     const heard = this.options.heard(nowMs);
     if (heard) return heard.rtp === null ? null : this.#sound.heard(heard.rtp, heard.atMs);
@@ -147,7 +147,7 @@ export class Reporter {
       clock_error_ms: link.clock.errorMs(nowMs),
     };
     const isFact = isDue && this.#reports++ % REPORTS_PER_FACTS === 0;
-    // There may be many observers, and a slow link has little room: they send one a second.
+    // Observers, who may be many, and pages on a slow link send one report a second.
     const isEager = !isDue || link.mayDrive || this.#reports <= UNSETTLED_REPORTS;
     if (isFact || (isEager && !link.isThin)) {
       link.sendDrive(report);

@@ -7,7 +7,7 @@ function timeline(rtp_origin: number, rate_hz = 90_000): RtpTimeline {
   return made;
 }
 
-it("knows nothing before the server has told, and nothing of a missing timestamp", () => {
+it("knows nothing without the server's mapping or a timestamp", () => {
   expect(new RtpTimeline().capturedMs(1)).toBeNull();
   expect(timeline(0).capturedMs(undefined)).toBeNull();
 });
@@ -24,7 +24,7 @@ it("counts across the wrap at 2³² in both directions", () => {
   expect(timeline(45_000).capturedMs(2 ** 32 - 45_000)).toBe(4000);
 });
 
-it("forgets the mapping of the peer before", () => {
+it("forgets the previous peer's mapping", () => {
   const made = timeline(0);
   made.set(null);
   expect(made.capturedMs(0)).toBeNull();

@@ -4,7 +4,7 @@ import type { RtpClock } from "../messages";
 export class RtpTimeline {
   #origin: RtpClock | null = null;
 
-  /** Sets the newest mapping, null for none, as with a new peer. */
+  /** Sets the newest mapping; null for none, as for a new peer. */
   set(origin: RtpClock | null): void {
     this.#origin = origin;
   }

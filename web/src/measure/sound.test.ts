@@ -20,7 +20,7 @@ function source(timestamp: number, rtpTimestamp: number): RTCRtpSynchronizationS
   return { source: 1, timestamp, rtpTimestamp };
 }
 
-it("measures from capture to playing, whichever way the browser counts its time", () => {
+it("measures from capture to playing, whichever epoch the browser uses", () => {
   for (const base of [ORIGIN, 0]) {
     const made = meter();
     made.sample(source(base + 1070, 48_000), 1075);
@@ -41,7 +41,7 @@ it("takes the median, so that one stall between two calls does not show", () => 
   expect(made.take()).toBeNull();
 });
 
-it("measures nothing where the browser tells nothing, or something long past", () => {
+it("measures nothing without data, or with old data", () => {
   const made = meter();
   made.sample(undefined, 1000);
   made.sample(source(ORIGIN + 1000, 48_000), 9000);

@@ -1,10 +1,10 @@
-/** How old the sound is when it is heard; its gaps: `counts.ts`. */
+/** The sound's age when it is heard; its gaps: `counts.ts`. */
 
 import type { RtpTimeline } from "./rtp";
 
 /** A source older than this is no longer playing. */
 const CURRENT_MS = 1000;
-/** A larger time counts from 1970, a smaller one from the page's start: browsers differ. */
+/** Browsers differ: a time above this counts from 1970, one below from the page's start. */
 const EPOCH_MS = 1e11;
 
 /** The age of the sound when it plays; polled, since no browser reports each packet. */
@@ -29,7 +29,7 @@ export class SoundMeter {
     this.#ages.push(serverMs - capturedMs);
   }
 
-  /** Adds that the sample with this RTP time is heard at `atMs`, on the page's clock; its age. */
+  /** Adds that this RTP time is heard at `atMs` on the page's clock; returns its age. */
   heard(rtp: number, atMs: number): number | null {
     const serverMs = this.toServerMs(atMs);
     const capturedMs = this.timeline.capturedMs(rtp);

@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { Tally } from "./tally";
 
-it("adds up what counters rise by", () => {
+it("sums the counters' increases", () => {
   const tally = new Tally("bad", "all");
   tally.add(5, { bad: 2, all: 100 });
   expect(tally.add(6, { bad: 5, all: 150 })).toEqual({ bad: 3, all: 50 });
@@ -9,7 +9,7 @@ it("adds up what counters rise by", () => {
   expect(tally.total).toEqual({ bad: 3, all: 90 });
 });
 
-it("begins with the first that has come, not with what was counted while waiting for it", () => {
+it("starts with the first arrival, without what was counted while waiting for it", () => {
   const tally = new Tally("bad");
   tally.add(0, { bad: 10 });
   tally.add(0, { bad: 500 });
@@ -18,7 +18,7 @@ it("begins with the first that has come, not with what was counted while waiting
   expect(tally.total).toEqual({ bad: 1 });
 });
 
-it("leaves out the time in which the stream was off, and until something comes again", () => {
+it("leaves out the time in which the stream was off, until something arrives again", () => {
   const tally = new Tally("bad");
   tally.add(1, { bad: 0 });
   tally.add(2, { bad: 4 });

@@ -1,9 +1,9 @@
 /**
- * How much counters rise while a stream is on. Browsers keep counting when nothing is sent: the time
- * in which a stream was off would look like one long concealment or freeze.
+ * How much counters rise while a stream is on. Browsers keep counting when nothing is sent, so that
+ * the time in which a stream was off would look like one long concealment or freeze.
  */
 export class Tally<Name extends string> {
-  /** Sums since the beginning of this peer. */
+  /** The sums for this peer. */
   readonly total: Readonly<Record<Name, number>>;
   readonly #names: readonly Name[];
   #last: Readonly<Record<Name, number>> | null = null;
@@ -14,7 +14,7 @@ export class Tally<Name extends string> {
     this.total = this.#each(() => 0);
   }
 
-  /** The stream is off; once on again, counting resumes when something arrives. */
+  /** Pauses counting while the stream is off; it resumes when something arrives. */
   rest(): void {
     this.#last = null;
     this.#idleAt = null;
@@ -22,7 +22,7 @@ export class Tally<Name extends string> {
 
   /**
    * Adds a sample of the counters; returns how much they have risen since the previous one. `come`
-   * counts the packets or pictures received.
+   * is the count of packets or pictures received.
    */
   add(come: number, counts: Readonly<Record<Name, number>>): Readonly<Record<Name, number>> {
     const last = this.#last;

@@ -11,16 +11,16 @@ import type { Ramp } from "./motion";
 import { History, predict } from "./prediction";
 import { aspectOf, drivingCamera } from "./view";
 
-/** Pictures do not come faster, so the path need not either. */
+/** Redrawing the path faster than pictures arrive would be useless. */
 const EVERY_MS = 32;
-/** From the page to the wheels beside the network's way: half a set-point's period, and the loop. */
+/** The delay besides the network's: half a set-point's period, and the server's loop. */
 const HANDLING_MS = 20;
 
 /**
- * Where the robot will be when a command arrives, and where it would stand, over the picture.
+ * Shows over the picture where the robot will be when a command arrives, and where it would stop.
  *
- * It fills the box of the picture, and is drawn only while this page drives and the robot moves: the
- * lines' attributes are set in place, without drawing the page again.
+ * It fills the picture's box, and is drawn only while this page drives and the robot moves: the
+ * lines' attributes are set in place, without rendering the page again.
  */
 export function PathArc() {
   const state = useState();
@@ -50,7 +50,7 @@ export function PathArc() {
   );
 }
 
-/** Draws while the robot moves, and ends by itself. */
+/** Draws while the robot moves, and stops by itself. */
 class Painter {
   readonly #history = new History();
   #frame: number | null = null;
@@ -132,7 +132,7 @@ function show(svg: SVGSVGElement | null, arc: Arc | null): void {
   draw(stand, lines[2]);
 }
 
-/** What has not changed is not painted again. */
+/** Sets the path's line, unless it is unchanged. */
 function draw(path: Element | undefined, line = ""): void {
   if (path && path.getAttribute("d") !== line) path.setAttribute("d", line);
 }

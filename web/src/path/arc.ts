@@ -5,14 +5,14 @@ import type { Pose } from "./motion";
 import type { Prediction } from "./prediction";
 
 export interface Arc {
-  /** The robot's edges, or its middle where its width is not known. */
+  /** The robot's edges, or its middle if its width is unknown. */
   lanes: Spot[][];
-  /** Across the lane: where its front is when the command arrives, and where it would stand. */
+  /** Lines across: the front when the command arrives, and where it would stop. */
   arrival: Spot[];
   stand: Spot[];
 }
 
-/** Of a robot whose width nobody knows, ticks are this wide. */
+/** The width of these lines for a robot of unknown width. */
 const TICK_M = 0.2;
 
 /** The lines of a path; null if nothing of it is in view. */
@@ -47,7 +47,7 @@ export function pathData(line: readonly Spot[]): string {
   return `M${points.join("L")}`;
 }
 
-/** A place beside a robot, and so far before it. */
+/** A position beside the robot, and this far ahead of it. */
 function beside({ aheadM, leftM, headingRad }: Pose, asideM: number, beforeM = 0): Pose {
   return {
     aheadM: aheadM + beforeM * Math.cos(headingRad) - asideM * Math.sin(headingRad),

@@ -14,7 +14,7 @@ function anyCamera(next: (least: number, most: number) => number): Camera {
 }
 
 describe("a place on the floor in the picture", () => {
-  it("is where the angles of its line of sight say", () => {
+  it("is where the angles of its line of sight put it", () => {
     const next = numbers(1);
     for (let n = 0; n < 500; n++) {
       const camera = anyCamera(next);
@@ -29,7 +29,7 @@ describe("a place on the floor in the picture", () => {
     }
   });
 
-  it("lies as far to one side as its mirror to the other", () => {
+  it("mirrors from side to side", () => {
     const next = numbers(2);
     for (let n = 0; n < 200; n++) {
       const camera = anyCamera(next);
@@ -60,13 +60,13 @@ describe("a place on the floor in the picture", () => {
     }
   });
 
-  it("is as wide at its distance as the field of view says", () => {
+  it("has the width that the field of view gives at its distance", () => {
     const level = { heightM: 0.5, tiltDeg: 0, fovDeg: 90, axisRow: 0.5 };
     expect(project(level, ASPECT, { aheadM: 2, leftM: 2 })?.x).toBeCloseTo(0, 9);
     expect(project(level, ASPECT, { aheadM: 2, leftM: -2 })?.x).toBeCloseTo(1, 9);
   });
 
-  it("is in none behind the lens", () => {
+  it("is nowhere if it is behind the lens", () => {
     const level = { heightM: 0.5, tiltDeg: 0, fovDeg: 70, axisRow: 0.5 };
     expect(project(level, ASPECT, { aheadM: -1, leftM: 0 })).toBeNull();
     expect(project(level, ASPECT, { aheadM: NEAR_M / 2, leftM: 0 })).toBeNull();
@@ -76,7 +76,7 @@ describe("a place on the floor in the picture", () => {
 describe("a line on the floor", () => {
   const level = { heightM: 0.5, tiltDeg: 0, fovDeg: 70, axisRow: 0.5 };
 
-  it("is cut off at the lens, and keeps what lies before it", () => {
+  it("is cut off at the lens, and keeps what is in front of it", () => {
     const line = [
       { aheadM: -1, leftM: 0.2 },
       { aheadM: 1, leftM: 0.2 },
@@ -89,7 +89,7 @@ describe("a line on the floor", () => {
     expect(spots[1]).toEqual(project(level, ASPECT, { aheadM: 1, leftM: 0.2 }));
   });
 
-  it("is nothing behind the lens", () => {
+  it("is empty behind the lens", () => {
     const line = [
       { aheadM: -1, leftM: 0 },
       { aheadM: -2, leftM: 0 },

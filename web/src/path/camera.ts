@@ -24,7 +24,7 @@ export interface Spot {
   y: number;
 }
 
-/** What is nearer to the lens than this, measured along its view, is left out. */
+/** Anything nearer to the lens than this, along its view, is left out. */
 export const NEAR_M = 0.05;
 
 /** The focal length in shares of the picture's height; `aspect` is its width by its height. */
@@ -66,10 +66,10 @@ export function projectLine(camera: Camera, aspect: number, line: readonly Floor
   return spots;
 }
 
-/** Where the way between two places crosses the nearest that is shown. */
+/** Where the line between two places crosses the nearest distance that is shown. */
 function cut(camera: Camera, from: Floor, to: Floor): Floor {
   const start = depthOf(camera, from);
-  // A hair beyond, so that rounding does not leave it out.
+  // Slightly beyond, so that rounding does not leave it out.
   const share = (NEAR_M + 1e-9 - start) / (depthOf(camera, to) - start);
   return {
     aheadM: from.aheadM + (to.aheadM - from.aheadM) * share,

@@ -4,8 +4,8 @@ import type { State } from "../state";
 import { STANDSTILL, type Twist } from "./motion";
 
 /**
- * As the server scales it: by *Slow*, for guests by what the host allows, and by what else it says
- * that it does. It says so a while later, so that what the page knows by itself comes first.
+ * Scaled as the server does it: by *Slow*, by the host's limit for guests, and by the share that
+ * the server reports. That report is late, so what the page knows itself is applied at once.
  */
 export function commanded(state: State): Twist {
   const robot = state.hello.peek()?.robot;
@@ -14,7 +14,7 @@ export function commanded(state: State): Twist {
   const pace = paceOf(state, robot.slow_fraction);
   const most = state.isHost.peek() ? 1 : (state.room.peek()?.host_settings.max_fraction ?? 1);
   const largest = pace * Math.max(Math.abs(linear), Math.abs(angular));
-  // The host's limit is in the server's share, too.
+  // The server's share includes the host's limit.
   const allowed = largest > most ? most / largest : 1;
   const share = pace * Math.min(allowed, state.driveShare.peek());
   return {
@@ -23,7 +23,7 @@ export function commanded(state: State): Twist {
   };
 }
 
-/** Slow, or full; a step is slow at any speed. */
+/** The share for slow or full speed; a step is slow at any speed. */
 function paceOf(state: State, slow: number): number {
   const { speed, way } = state.preferences.peek();
   const isStep = (way === "step" || way === "scan") && state.held.peek().size > 0;

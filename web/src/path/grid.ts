@@ -5,9 +5,9 @@ import { type Camera, projectLine } from "./camera";
 
 const EVERY_M = 0.5;
 const LINES = 6;
-/** Half the length of a line across, where the robot's width is not known. */
+/** Half the length of a cross line if the robot's width is unknown. */
 const HALF_M = 0.25;
-/** So near the floor is below most pictures. */
+/** Nearer than this the floor is below most pictures. */
 const FROM_M = 0.1;
 
 /** The SVG path, in a box of 100 by 100: the robot's lane, and a line across each half metre. */

@@ -13,14 +13,14 @@ describe("a robot that moves", () => {
     expect(turned).toEqual({ aheadM: 0, leftM: 0, headingRad: 2 });
   });
 
-  it("is a quarter of a circle further, which is as far ahead as to the left", () => {
+  it("is as far ahead as to the left after a quarter circle", () => {
     const radiusM = 0.8;
     const there = along(START, (radiusM * Math.PI) / 2, Math.PI / 2);
     expect(there.aheadM).toBeCloseTo(radiusM, 9);
     expect(there.leftM).toBeCloseTo(radiusM, 9);
   });
 
-  it("is in the same place in one step and in many", () => {
+  it("arrives at the same place in one step and in many", () => {
     const next = numbers(4);
     for (let n = 0; n < 200; n++) {
       const twist = { linearMps: next(-1, 1), angularRps: next(-2, 2) };
@@ -34,7 +34,7 @@ describe("a robot that moves", () => {
     }
   });
 
-  it("is where it was, mirrored, when it turns the other way", () => {
+  it("moves to the mirrored place when it turns the other way", () => {
     const left = moved(START, { linearMps: 0.6, angularRps: 1.2 }, 1);
     const right = moved(START, { linearMps: 0.6, angularRps: -1.2 }, 1);
     expect(right.aheadM).toBeCloseTo(left.aheadM, 12);
@@ -46,7 +46,7 @@ describe("its speed", () => {
   const ramp = { accelerationMps2: 1.5, accelerationRps2: 6 };
   const full = { linearMps: 0.6, angularRps: 0 };
 
-  it("rises by its acceleration and not beyond what is commanded", () => {
+  it("rises by its acceleration, up to the commanded speed", () => {
     expect(ramped(STANDSTILL, full, 0.2, ramp).linearMps).toBeCloseTo(0.3);
     expect(ramped(STANDSTILL, full, 1, ramp).linearMps).toBe(0.6);
     expect(ramped(full, { linearMps: 0.2, angularRps: 0 }, 0.001, ramp).linearMps).toBeCloseTo(0.2);
@@ -58,7 +58,7 @@ describe("its speed", () => {
     expect(ramped(full, back, 0.02, ramp).linearMps).toBeCloseTo(-0.03);
   });
 
-  it("comes as near to what is commanded in many steps as in one", () => {
+  it("comes as near to the commanded speed in many steps as in one", () => {
     let speed = STANDSTILL;
     for (let n = 0; n < 20; n++) speed = ramped(speed, full, 0.01, ramp);
     expect(speed.linearMps).toBeCloseTo(0.3, 9);

@@ -1,4 +1,4 @@
-/** How a robot moves: on arcs, faster and slower by its own limits (pure). */
+/** How a robot moves: on arcs, accelerating within its own limits (pure). */
 
 /** Metres and radians a second; ahead and left are positive. */
 export interface Twist {
@@ -6,7 +6,7 @@ export interface Twist {
   angularRps: number;
 }
 
-/** From where it was: metres ahead and to the left, and how far it has turned left. */
+/** Relative to the start: metres ahead and to the left, and how far it has turned left. */
 export interface Pose {
   aheadM: number;
   leftM: number;
@@ -21,18 +21,18 @@ export interface Ramp {
 export const STANDSTILL: Twist = { linearMps: 0, angularRps: 0 };
 export const START: Pose = { aheadM: 0, leftM: 0, headingRad: 0 };
 
-/** A turn by less than this is straight ahead for the formula of an arc. */
+/** A smaller turn counts as straight, to avoid dividing by zero. */
 const STRAIGHT_RAD = 1e-6;
 
-/** Where a robot is after it has moved so for a time. */
+/** The pose after moving at this twist for a time. */
 export function moved(from: Pose, { linearMps, angularRps }: Twist, forS: number): Pose {
   return along(from, linearMps * forS, angularRps * forS);
 }
 
-/** Where a robot is at the end of an arc of this length, on which it turns so far. */
+/** The pose at the end of an arc of this length and turn. */
 export function along(from: Pose, lengthM: number, turnRad: number): Pose {
   const half = turnRad / 2;
-  // The chord, which is as long as the arc while that is nearly straight.
+  // The chord; for a nearly straight arc, as long as the arc.
   const chordM = Math.abs(half) < STRAIGHT_RAD ? lengthM : (lengthM * Math.sin(half)) / half;
   const towards = from.headingRad + half;
   return {
@@ -42,7 +42,7 @@ export function along(from: Pose, lengthM: number, turnRad: number): Pose {
   };
 }
 
-/** The speed after a time, on the way to what is commanded: it rises slowly and falls at once. */
+/** The speed after a time, on its way to the commanded one: it rises slowly and falls at once. */
 export function ramped(now: Twist, wanted: Twist, afterS: number, ramp: Ramp): Twist {
   return {
     linearMps: part(now.linearMps, wanted.linearMps, ramp.accelerationMps2 * afterS),
@@ -51,7 +51,7 @@ export function ramped(now: Twist, wanted: Twist, afterS: number, ramp: Ramp): T
 }
 
 function part(now: number, wanted: number, most: number): number {
-  // What of the speed the command keeps; the rest is gone in one step, as the server does it.
+  // The part of the speed that the command keeps; the rest is dropped at once, as on the server.
   const kept =
     Math.sign(now) === Math.sign(wanted)
       ? Math.sign(now) * Math.min(Math.abs(now), Math.abs(wanted))

@@ -31,7 +31,7 @@ beforeEach(() => {
 
 afterEach(() => {
   undraw();
-  // What waits for a frame has a real timer, too, which would look for this frame when all is gone.
+  // A pending frame also has a real timer, which would fire after the test's teardown.
   vi.advanceTimersByTime(20);
 });
 
@@ -39,7 +39,7 @@ function drawn(): boolean {
   return [...body.querySelectorAll("path")].some((one) => one.getAttribute("d"));
 }
 
-/** How far down the picture the robot would stand, in hundredths. */
+/** How far down the picture the robot would stop, in hundredths. */
 function standsAt(): number {
   const line = body.querySelector(".path-stand")?.getAttribute("d") ?? "";
   return Number(line.split(" ")[1]?.split("L")[0]);
@@ -49,7 +49,7 @@ function hold(...directions: ("forward" | "back" | "left" | "right")[]): void {
   act(() => push(...directions));
 }
 
-/** Asks for these directions as the controls do. */
+/** Holds these directions as the controls do. */
 function push(...directions: ("forward" | "back" | "left" | "right")[]): void {
   const share = (one: (typeof directions)[number]) => (directions.includes(one) ? 1 : 0);
   state.held.value = new Set(directions);
@@ -64,7 +64,7 @@ function wait(ms: number): void {
 }
 
 describe("the predicted path", () => {
-  it("is there while this page drives, and gone soon after it lets go", () => {
+  it("is drawn while this page drives, and removed soon after the release", () => {
     wait(500);
     expect(drawn()).toBe(false);
     hold("forward");
@@ -91,7 +91,7 @@ describe("the predicted path", () => {
     expect(vi.getTimerCount()).toBe(0);
   });
 
-  it("is gone with its view", () => {
+  it("is removed with its view", () => {
     hold("forward");
     wait(100);
     undraw();
@@ -109,7 +109,7 @@ describe("the predicted path", () => {
     expect(drawn()).toBe(false);
   });
 
-  it("ends while the server holds the robot, and is there again when it lets it go", () => {
+  it("is not drawn while the server holds the robot, and returns afterwards", () => {
     hold("forward");
     wait(1000);
     state.driveShare.value = 0;
@@ -139,8 +139,8 @@ describe("the predicted path", () => {
   });
 });
 
-describe("the camera that shows it", () => {
-  it("is that of the driving view", () => {
+describe("the camera", () => {
+  it("is the driving view's", () => {
     expect(drivingCamera(state)).toEqual({ heightM: 0.3, tiltDeg: 30, fovDeg: 75, axisRow: 0.5 });
     expect(aspectOf(state)).toBeCloseTo(4 / 3);
   });
@@ -158,7 +158,7 @@ describe("the camera that shows it", () => {
     expect(drivingCamera(state)).toBeNull();
   });
 
-  it("is back once it was turned back", () => {
+  it("is available again once it was turned back", () => {
     begin({ pan: 0.3 });
     state.axes.value = { pan: 0 };
     expect(drivingCamera(state)).not.toBeNull();
@@ -183,7 +183,7 @@ describe("what is commanded", () => {
     expect(commanded(state)).toEqual({ linearMps: 0.3, angularRps: -0.375 });
   });
 
-  it("is slower at slow speed, and where the host limits guests", () => {
+  it("is slower at slow speed, and with the host's limit for guests", () => {
     push("forward");
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
     prefer({ speed: "fast" });
@@ -194,19 +194,19 @@ describe("what is commanded", () => {
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
   });
 
-  it("is as much as a stick is pushed", () => {
+  it("is proportional to a stick's deflection", () => {
     prefer({ speed: "fast" });
     state.motion.value = { linear: 0.5, angular: -0.25 };
     expect(commanded(state)).toEqual({ linearMps: 0.3, angularRps: -0.375 });
   });
 
-  it("is slow of a step, at any speed", () => {
+  it("is slow for a step at any speed", () => {
     prefer({ speed: "fast", way: "step" });
     push("forward");
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
   });
 
-  it("is as much as the server lets the robot go, but not slowed twice for one reason", () => {
+  it("follows the server's share, without slowing twice for one reason", () => {
     prefer({ speed: "fast" });
     push("forward");
     state.driveShare.value = 0.25;

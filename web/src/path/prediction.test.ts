@@ -11,7 +11,7 @@ const DELAYS = { pictureMs: 200, commandMs: 100 };
 const CAMERA: Camera = { heightM: 0.3, tiltDeg: 30, fovDeg: 75, axisRow: 0.5 };
 const FRAME_MS = 20;
 
-/** What is predicted after this was held for a time. */
+/** The prediction after this was held for a time. */
 function held(twist: Twist, forMs: number, history = new History(), fromMs = 0): Prediction | null {
   for (let atMs = fromMs; atMs <= fromMs + forMs; atMs += FRAME_MS) history.note(atMs, twist, RAMP);
   return predict(history, fromMs + forMs, DELAYS, BRAKING_MPS2);
@@ -23,27 +23,27 @@ function made(prediction: Prediction | null): Prediction {
 }
 
 describe("where the robot will be", () => {
-  it("is as far as it drives in both delays, and stands a braking way further", () => {
+  it("is as far as it drives in both delays, and it stops a braking distance further", () => {
     const { arrival, stand } = made(held({ linearMps: 0.6, angularRps: 0 }, 2000));
     expect(arrival.aheadM).toBeCloseTo(0.6 * 0.3, 6);
     expect(arrival.leftM).toBe(0);
     expect(stand.aheadM).toBeCloseTo(0.6 * 0.3 + 0.6 ** 2 / (2 * BRAKING_MPS2), 6);
   });
 
-  it("is where it was at first, since it has only begun", () => {
+  it("is its old place at first, since it has only begun", () => {
     const early = made(held({ linearMps: 0.6, angularRps: 0 }, 100)).arrival.aheadM;
     const late = made(held({ linearMps: 0.6, angularRps: 0 }, 2000)).arrival.aheadM;
     expect(early).toBeGreaterThan(0);
     expect(early).toBeLessThan(late / 10);
   });
 
-  it("is nowhere else while it stands, or turns on the spot", () => {
+  it("is its old place while it stands, or turns on the spot", () => {
     expect(held({ linearMps: 0, angularRps: 0 }, 1000)).toBeNull();
     expect(held({ linearMps: 0, angularRps: 1.5 }, 1000)).toBeNull();
     expect(predict(new History(), 0, DELAYS, BRAKING_MPS2)).toBeNull();
   });
 
-  it("comes to rest within both delays of letting go", () => {
+  it("stops changing within both delays after the release", () => {
     const history = new History();
     held({ linearMps: 0.6, angularRps: 0 }, 1000, history);
     const just = made(held({ linearMps: 0, angularRps: 0 }, 100, history, 1020));
@@ -59,7 +59,7 @@ describe("where the robot will be", () => {
     expect(stand.aheadM).toBeLessThan(arrival.aheadM);
   });
 
-  it("stands on the arc on which it drives", () => {
+  it("includes stopping on the arc on which it drives", () => {
     const radiusM = 0.5;
     const { arrival, stand } = made(held({ linearMps: 0.6, angularRps: 1.2 }, 2000));
     for (const pose of [arrival, stand]) {
@@ -69,14 +69,14 @@ describe("where the robot will be", () => {
     expect(stand.headingRad).toBeGreaterThan(arrival.headingRad);
   });
 
-  it("has a lane of two metres before it, at every speed", () => {
+  it("has a lane two metres long, at every speed", () => {
     for (const linearMps of [0.1, 0.6]) {
       const { arrival, onwards } = made(held({ linearMps, angularRps: 0 }, 2000));
       expect((onwards.at(-1)?.aheadM ?? 0) - arrival.aheadM).toBeCloseTo(2, 6);
     }
   });
 
-  it("turns no further than a right angle from there", () => {
+  it("turns at most by a right angle from there", () => {
     const { arrival, onwards } = made(held({ linearMps: 0.1, angularRps: 3 }, 2000));
     const last = onwards.at(-1);
     expect((last?.headingRad ?? 0) - arrival.headingRad).toBeCloseTo(Math.PI / 2, 6);
@@ -96,7 +96,7 @@ describe("where the robot will be", () => {
     for (const nowMs of [2065.3, 2101, 2117.9, 2500]) expect(written(nowMs)).toEqual(first);
   });
 
-  it("does not remember a turn before", () => {
+  it("does not remember a previous turn", () => {
     const history = new History();
     held({ linearMps: 0.6, angularRps: 0 }, 1000, history);
     history.clear();
@@ -123,7 +123,7 @@ describe("its lines in the picture", () => {
     }
   });
 
-  it("lead up the picture, to where the robot stands beyond where the command arrives", () => {
+  it("lead up the picture, with the stop beyond the command's arrival", () => {
     const next = numbers(5);
     for (let n = 0; n < 100; n++) {
       const linearMps = next(0.1, 1);
@@ -146,13 +146,13 @@ describe("its lines in the picture", () => {
     expect(middle.at(-1)?.x).toBeLessThan((middle[0]?.x ?? 0) - 0.1);
   });
 
-  it("are one where nobody knows how wide the robot is", () => {
+  it("are a single one if the robot's width is unknown", () => {
     const arc = arcOf(straight, CAMERA, 4 / 3, null);
     expect(arc?.lanes).toHaveLength(1);
     expect(arc?.stand).toHaveLength(2);
   });
 
-  it("are none where the way is out of view", () => {
+  it("are none if the path is out of view", () => {
     const back = made(held({ linearMps: -0.6, angularRps: 0 }, 2000));
     expect(arcOf(back, { ...CAMERA, tiltDeg: 0 }, 4 / 3, 0.3)).toBeNull();
   });

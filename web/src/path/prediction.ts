@@ -1,9 +1,9 @@
 /**
  * Where the robot will be (pure).
  *
- * A picture shows where the robot was, and a command takes its time. So between the picture and the
- * arrival of what is commanded now it moves by what was commanded in the time before: by the
- * commands of the last `pictureMs` + `commandMs`.
+ * A picture shows where the robot was, and a command takes time to arrive. So between the picture
+ * and the arrival of the current command, the robot moves by the commands of the last `pictureMs` +
+ * `commandMs`.
  */
 
 import {
@@ -17,32 +17,32 @@ import {
   type Twist,
 } from "./motion";
 
-/** Older commands have no influence: nobody may drive over so long a link. */
+/** Older commands have no effect: nobody may drive with such a delay. */
 const KEPT_MS = 5000;
-/** So far ahead the lane is drawn: nearer floor is below many a picture. */
+/** How far ahead the lane is drawn: nearer floor is below many pictures. */
 const LOOK_AHEAD_M = 2;
 /** A path that turns further than this is cut off. */
 const MOST_TURN_RAD = Math.PI / 2;
-/** Slower than this the robot stands, or turns on the spot. */
+/** Below this speed the robot stands, or turns on the spot. */
 const STANDS_MPS = 0.02;
 const STEPS = 12;
-/** A curve is drawn by straight lines that turn by this at most. */
+/** A curve is drawn as straight segments that turn by this at most. */
 const STEP_RAD = 0.1;
 
 export interface Delays {
   /** How old the picture is. */
   pictureMs: number;
-  /** The way of a command to the robot. */
+  /** The delay of a command on its way to the robot. */
   commandMs: number;
 }
 
 export interface Prediction {
-  /** From where the picture was taken to where the robot is when the command arrives. */
+  /** From where the picture was taken to where the robot will be when the command arrives. */
   until: Pose[];
-  /** From there on, as long as the command stays. */
+  /** From there on, if the command does not change. */
   onwards: Pose[];
   arrival: Pose;
-  /** Where the robot stands if all is released now. */
+  /** Where the robot stops if everything is released now. */
   stand: Pose;
 }
 
@@ -52,25 +52,25 @@ interface Sample {
 }
 
 /**
- * What was commanded, as the robot follows it: a sample for each change, so that steady driving
- * gives the same path every time, which need not be drawn again.
+ * The commanded speeds as the robot follows them: a sample per change, so that steady driving gives
+ * the same path every time, which need not be redrawn.
  */
 export class History {
   #samples: Sample[] = [];
   #notedMs = Number.NEGATIVE_INFINITY;
 
-  /** Notes what is commanded now. */
+  /** Adds the current command. */
   note(atMs: number, wanted: Twist, ramp: Ramp): void {
     const afterMs = atMs - this.#notedMs;
     if (afterMs <= 0) return;
-    if (afterMs >= KEPT_MS) this.clear(); // a robot that was not commanded for long has stood
+    if (afterMs >= KEPT_MS) this.clear(); // a robot without commands for this long has stopped
     const last = this.newest;
     const twist =
       this.#samples.length > 0 ? ramped(last, wanted, afterMs / 1000, ramp) : STANDSTILL;
     const isSame = twist.linearMps === last.linearMps && twist.angularRps === last.angularRps;
     if (!isSame || this.#samples.length === 0) this.#samples.push({ atMs, twist });
     this.#notedMs = atMs;
-    // The last one before counts until the first one after.
+    // The last sample before the window still counts at its beginning.
     const before = this.#samples.findLastIndex((one) => one.atMs <= atMs - KEPT_MS);
     this.#samples.splice(0, Math.max(0, before));
   }
@@ -85,7 +85,7 @@ export class History {
     return this.#samples.at(-1)?.twist ?? STANDSTILL;
   }
 
-  /** The way driven since a time, from where it began. */
+  /** The path driven between two times, relative to its start. */
   since(fromMs: number, untilMs: number): Pose[] {
     const way = [START];
     let pose = START;
@@ -104,7 +104,7 @@ export class History {
   }
 }
 
-/** The robot's path; null while it stands, or turns on the spot. */
+/** Predicts the robot's path; null while it stands, or turns on the spot. */
 export function predict(
   history: History,
   nowMs: number,
@@ -126,13 +126,13 @@ export function predict(
   };
 }
 
-/** Where a robot comes to a stand: it brakes on the arc on which it drives. */
+/** Where a robot stops if it brakes along its current arc. */
 function braked(from: Pose, { linearMps, angularRps }: Twist, brakingMps2: number): Pose {
   const lengthM = (linearMps * Math.abs(linearMps)) / (2 * brakingMps2);
   return along(from, lengthM, (lengthM * angularRps) / linearMps);
 }
 
-/** The lane from there on, as long at every speed: it is a curve, and says nothing of time. */
+/** The lane from there on, equally long at every speed: it shows a curve, not a time. */
 function onwards(from: Pose, twist: Twist): Pose[] {
   const turnS = MOST_TURN_RAD / Math.max(Math.abs(twist.angularRps), 1e-6);
   const forS = Math.min(LOOK_AHEAD_M / Math.abs(twist.linearMps), turnS);

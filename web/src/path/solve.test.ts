@@ -10,7 +10,7 @@ function seen(camera: Camera, distanceM: number): Seen {
 }
 
 describe("a camera from two points on the floor", () => {
-  it("is the one that has seen them there", () => {
+  it("is the one that sees them there", () => {
     const next = numbers(6);
     let found = 0;
     for (let n = 0; n < 1000; n++) {
@@ -33,7 +33,7 @@ describe("a camera from two points on the floor", () => {
     expect(found).toBeGreaterThan(300);
   });
 
-  it("is nearly that one where a finger was some pixels off", () => {
+  it("is nearly that one if a finger was some pixels off", () => {
     const camera = { heightM: 0.35, tiltDeg: 15, fovDeg: 70, axisRow: 0.5 };
     const next = numbers(7);
     for (let n = 0; n < 200; n++) {
@@ -49,7 +49,7 @@ describe("a camera from two points on the floor", () => {
       if (solution.is !== "found") throw new Error(solution.why);
       expect(Math.abs(solution.camera.tiltDeg - camera.tiltDeg)).toBeLessThan(1.5);
       expect(Math.abs(solution.camera.fovDeg - camera.fovDeg)).toBeLessThan(3);
-      // What counts: the floor between and beyond the points is where it was.
+      // What matters: the floor between and beyond the points is in the same place.
       for (const distanceM of [0.6, 1, 2]) {
         const drawn = seen(solution.camera, distanceM).row;
         expect(Math.abs(drawn - seen(camera, distanceM).row)).toBeLessThan(0.01);
@@ -70,9 +70,9 @@ describe("a camera from two points on the floor", () => {
     ["path.bad_points", 0.3, near, { ...far, row: 0.9 }],
     ["path.bad_points", 0.3, far, near, true],
     ["path.bad_points", 0.3, near, { ...far, row: Number.NaN }],
-    // So far apart in the picture that it would take a field of view of less than 10 degrees.
+    // So far apart that the field of view would be less than 10 degrees.
     ["path.no_camera", 0.02, { distanceM: 2, row: 1 }, { distanceM: 2.1, row: 0 }],
-    // So high in the picture that the camera would look at the ceiling.
+    // So high that the camera would look at the ceiling.
     ["path.no_camera", 2, { distanceM: 0.3, row: 0.1 }, { distanceM: 3, row: 0.01 }],
   ] as const)("is none, with a sentence: %s", (why, heightM, one, other, isSwapped?: boolean) => {
     const distances = isSwapped
@@ -84,7 +84,7 @@ describe("a camera from two points on the floor", () => {
     expect(solve(heightM, ...distances, ASPECT)).toEqual({ is: "impossible", why });
   });
 
-  it("is one that the configuration takes, whatever was pointed at", () => {
+  it("is valid in the configuration, whatever was clicked", () => {
     const next = numbers(8);
     for (let n = 0; n < 2000; n++) {
       const one = { distanceM: next(-1, 5), row: next(-0.2, 1.2) };
@@ -102,7 +102,7 @@ describe("a camera from two points on the floor", () => {
   });
 });
 
-it("is written as the configuration has it", () => {
+it("is written in the configuration's format", () => {
   const camera = { heightM: 0.35, tiltDeg: -0.02, fovDeg: 71.26, axisRow: 0.5 };
   expect(configurationOf(camera)).toBe(
     "[video]\ncamera_height_m = 0.350\ncamera_tilt_deg = 0.0\ncamera_fov_deg = 71.3",

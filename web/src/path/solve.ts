@@ -13,7 +13,7 @@ import type { Camera } from "./camera";
 export interface Seen {
   /** From the point on the floor below the lens. */
   distanceM: number;
-  /** Its place in the picture, as a share of the picture's height from above. */
+  /** Its row in the picture, as a share of the picture's height from the top. */
   row: number;
 }
 
@@ -23,7 +23,7 @@ export type Solution = { is: "found"; camera: Camera } | { is: "impossible"; why
 const TILT_DEG = { least: -30, most: 80 } as const;
 const FOV_DEG = { least: 10, most: 170 } as const;
 const HEIGHT_M = { least: 0.02, most: 5 } as const;
-/** Points that are nearer to each other in the picture than this tell nothing. */
+/** Points closer together in the picture than this determine nothing. */
 const LEAST_ROWS = 0.02;
 const AXIS_ROW = 0.5;
 
@@ -31,7 +31,7 @@ const AXIS_ROW = 0.5;
 export function solve(heightM: number, near: Seen, far: Seen, aspect: number): Solution {
   const isHigh = heightM >= HEIGHT_M.least && heightM <= HEIGHT_M.most;
   const isApart = near.distanceM > 0 && far.distanceM > near.distanceM;
-  // Also for what is no number.
+  // Also true for NaN.
   if (!isHigh) return { is: "impossible", why: "path.bad_height" };
   if (!isApart) return { is: "impossible", why: "path.bad_distances" };
   if (!(near.row - far.row >= LEAST_ROWS)) return { is: "impossible", why: "path.bad_points" };
@@ -66,7 +66,7 @@ export function configurationOf({ heightM, tiltDeg, fovDeg }: Camera): string {
   ].join("\n");
 }
 
-/** A number with a point, whatever the reader's language; never -0.0. */
+/** A number with a decimal point, whatever the language; never -0.0. */
 function written(value: number, digits: number): string {
   return (value + 0).toFixed(digits).replace(/^-(0\.0+)$/, "$1");
 }

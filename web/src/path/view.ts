@@ -1,14 +1,14 @@
-/** Whether, and by which camera, the driving view shows the floor ahead. */
+/** Whether, and through which camera, the driving view shows the floor ahead. */
 
 import type { State } from "../state";
 import type { Camera } from "./camera";
 
-/** An axis that is moved by less than this is in the middle. */
+/** An axis moved by less than this counts as centred. */
 const CENTRED = 0.02;
 
 /**
- * The camera of the driving view, null while the path cannot be drawn: nobody knows the camera, it
- * is turned aside, or another picture is large.
+ * The camera of the driving view; null while the path cannot be drawn, because the camera is not
+ * calibrated or is turned aside, or another picture is large.
  */
 export function drivingCamera(state: State): Camera | null {
   const camera = state.hello.value?.robot.camera ?? null;
@@ -30,8 +30,8 @@ export function aspectOf(state: State): number {
 }
 
 /**
- * Whether every axis that may turn the driving view is in the middle: where this page has sent it,
- * else where it was when the turn began. One that nobody has moved is where it starts.
+ * Whether every axis that may turn the driving view is centred, by where this page has sent it, or
+ * else by where it was when the turn began. An axis that nobody has moved is at its start.
  */
 export function isCentred(state: State): boolean {
   const others = new Set(state.cameras.value.flatMap((one) => one.axes));

@@ -2,7 +2,7 @@ import { beforeEach, expect, it, vi } from "vitest";
 import type { Received } from "../messages";
 import { Acknowledger } from "./acknowledge";
 
-/** Stands where the browser's worker would: what it says is said by the test. */
+/** Replaces the browser's worker; the test sends its messages. */
 class FakeWorker {
   static made: FakeWorker[] = [];
   onmessage: ((event: { data: unknown }) => void) | null = null;
@@ -41,7 +41,7 @@ function worker(): FakeWorker {
   return newest;
 }
 
-/** The receivers of a fresh peer, as far as a transform needs them. */
+/** The receivers of a new peer, as far as a transform needs them. */
 function receivers() {
   const made = [{}, {}] as unknown as [RTCRtpReceiver, RTCRtpReceiver];
   acknowledger.watch(...made);
@@ -56,7 +56,7 @@ it("is ready when its worker is, and watches both streams from then on", async (
   expect(receivers().map((one) => one.transform?.kind)).toEqual(["audio", "video"]);
 });
 
-it("tells every picture, and of the sound the last packet of each unit", async () => {
+it("acknowledges every picture, and the last sound packet of each unit", async () => {
   void acknowledger.start();
   worker().say("ready");
   receivers();
@@ -69,7 +69,7 @@ it("tells every picture, and of the sound the last packet of each unit", async (
   ]);
 });
 
-it("says so where the browser cannot, or its worker does not start", async () => {
+it("reports that the browser cannot, or that its worker does not start", async () => {
   const started = acknowledger.start();
   worker().onerror?.();
   expect(await started).toBe(false);

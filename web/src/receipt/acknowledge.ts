@@ -15,12 +15,12 @@ export class Acknowledger {
 
   constructor(private readonly send: (received: Received) => void) {}
 
-  /** Whether to call `watch`: the server wants it, and this browser can. */
+  /** Whether to call `watch`: the server wants acknowledgements, and this browser can send them. */
   get isReady(): boolean {
     return this.#worker !== null;
   }
 
-  /** Gets ready; resolves to false if the browser does not report received frames. */
+  /** Starts the worker; resolves to false if the browser does not report received frames. */
   start(): Promise<boolean> {
     if (!("RTCRtpScriptTransform" in globalThis)) return Promise.resolve(false);
     const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
@@ -37,7 +37,7 @@ export class Acknowledger {
     });
   }
 
-  /** Watches a new peer's streams; call it only at the moment when their receivers are created. */
+  /** Watches a new peer's streams; call it only when their receivers have just been created. */
   watch(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void {
     if (!this.#worker) return;
     this.#units.reset();

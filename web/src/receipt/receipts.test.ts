@@ -10,7 +10,7 @@ it("knows the last packet of each unit, before and after the one that was named"
   expect([9840, 10_160, 13_840].map((rtp) => sound.isLast(rtp))).not.toContain(true);
 });
 
-it("goes on across the wrap at 2³²", () => {
+it("continues across the wrap at 2³²", () => {
   const sound = new SoundUnits();
   sound.set(units(2 ** 32 - 1000));
   expect(sound.isLast(3000)).toBe(true);
@@ -18,7 +18,7 @@ it("goes on across the wrap at 2³²", () => {
   expect(sound.isLast(2 ** 32 - 5000)).toBe(true);
 });
 
-it("tells of what came before it could be known, once", () => {
+it("returns earlier packets once the units are known", () => {
   const sound = new SoundUnits();
   expect(sound.isLast(3840)).toBe(false);
   expect(sound.isLast(4000)).toBe(false);
@@ -26,7 +26,7 @@ it("tells of what came before it could be known, once", () => {
   expect(sound.set(units(8000))).toEqual([]);
 });
 
-it("forgets the peer before", () => {
+it("forgets the previous peer", () => {
   const sound = new SoundUnits();
   sound.isLast(4000);
   sound.set(units(4000));

@@ -1,6 +1,6 @@
 /**
- * A transform that reports each complete frame: a picture is passed on when its last packet has
- * arrived, sound packet by packet (W3C, WebRTC Encoded Transform).
+ * A transform that reports each complete frame: a picture arrives here after its last packet, sound
+ * packet by packet (W3C, WebRTC Encoded Transform).
  */
 
 interface Transformer {
@@ -25,12 +25,12 @@ addEventListener("rtctransform", (event) => {
       controller.enqueue(frame);
     },
   });
-  // It ends when the page closes the connection, which is no error.
+  // The stream ends when the page closes the connection, which is no error.
   void readable
     .pipeThrough(noting)
     .pipeTo(writable)
     .catch(() => {});
 });
 
-// A transform created before this line has run would never get its streams.
+// A transform created before this message would never get its streams.
 postMessage("ready");

@@ -25,7 +25,7 @@ const RATES = [
 ] as const;
 const STEP_MS = 1000;
 
-/** Play, scrub, step from event to event, and choose whose moment is shown. */
+/** Play, scrub, step from event to event, and choose the view. */
 export function Controls({ player, timeline, momentMs, isPlaying, view, onSeek }: ControlsProps) {
   const toggle = () => {
     if (isPlaying.peek()) player.pause();

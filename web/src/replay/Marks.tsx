@@ -7,7 +7,7 @@ interface MarksProps {
   onSeek: (ms: number) => void;
 }
 
-/** All events of the part; choosing one goes there. */
+/** All events of the part; choosing one seeks to it. */
 export function Marks({ marks, onSeek }: MarksProps) {
   if (marks.length === 0) return <p class="quiet">{t("replay.events.none")}</p>;
   return (

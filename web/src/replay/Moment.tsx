@@ -10,7 +10,7 @@ interface MomentProps {
   view: Signal<View>;
 }
 
-/** What was so at this moment, in words. */
+/** The state at this moment, in words. */
 export function Moment({ open, momentMs, view }: MomentProps) {
   const { timeline } = open;
   const atMs = momentMs.value;

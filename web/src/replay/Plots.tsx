@@ -90,7 +90,7 @@ function Plot({
   );
 }
 
-/** Alone, so that no more than this is drawn again with each frame. */
+/** The time cursor; a component of its own, so that each frame redraws nothing else. */
 function Now({ momentMs, box }: { momentMs: Signal<number>; box: Box }) {
   return <path class="now" d={`M${xOf(momentMs.value, box)} 0V${HEIGHT}`} />;
 }

@@ -12,7 +12,7 @@ import { type OpenPart, Timeline } from "./timeline";
 import { Views } from "./Views";
 import { partWords } from "./words";
 
-/** The page of `wax replay`: which part, picture and sound, and what was so at each moment. */
+/** The page of `wax replay`: the parts, picture and sound, and the state at each moment. */
 export function Replay() {
   const listing = useSignal<TapeListing | null>(null);
   const name = useSignal<string | null>(null);

@@ -6,7 +6,7 @@ import { drivingView } from "../view/words";
 import { t } from "../words/words";
 import type { Player } from "./player";
 
-/** Nobody is told of a picture that is missing for less. */
+/** A picture missing for less than this is not mentioned. */
 const MISSING_MS = 500;
 
 interface Props {

@@ -1,28 +1,28 @@
-/** How an element is brought to where it belongs. */
+/** How an element is brought into step. */
 interface Means {
-  /** It jumps when it is further away than that, in ms. */
+  /** It seeks when it is off by more than this, in ms. */
   apartMs: number;
-  /** And plays faster or slower by this share when it is further away than `NEAR_MS`. */
+  /** It plays faster or slower by this share when it is off by more than `NEAR_MS`. */
   nudge: number;
 }
 
-/** Sound jumps soon, and its speed is changed as little as nobody hears. */
+/** Sound seeks soon, and its speed changes too little to be heard. */
 export const HEARD: Means = { apartMs: 120, nudge: 0.04 };
-/** A picture takes as long to jump as to decode all since its keyframe, so it hurries instead. */
+/** Seeking a picture means decoding everything since its keyframe, so it speeds up instead. */
 export const SEEN: Means = { apartMs: 1000, nudge: 0.15 };
 
 const NEAR_MS = 15;
-/** An element that stands is put where it belongs unless it is nearer. */
+/** A paused element is moved if it is off by more than this. */
 const THERE_MS = 1;
 
-/** Holds an element in step with another that is the clock; to be called for each frame. */
+/** Keeps an element in step with another one, the clock; call it for each frame. */
 export class Follower {
   constructor(
     private readonly element: HTMLMediaElement,
     private readonly means: Means,
   ) {}
 
-  /** Plays at `dueMs` of the element's own time; before its beginning and after its end it waits. */
+  /** Plays at `dueMs` of the element's own time; pauses before its beginning and after its end. */
   play(dueMs: number, rate: number): void {
     const { element, means } = this;
     if (dueMs < 0 || dueMs > element.duration * 1000) {
@@ -33,11 +33,11 @@ export class Follower {
     if (Math.abs(lateMs) > means.apartMs && !element.seeking) element.currentTime = dueMs / 1000;
     const nudge = Math.abs(lateMs) > NEAR_MS ? Math.sign(lateMs) * means.nudge : 0;
     element.playbackRate = rate * (1 + nudge);
-    // Whoever plays at the end begins anew.
+    // At its end, `play` would start over.
     if (element.paused && !element.ended) void element.play().catch(() => {});
   }
 
-  /** Stands at `dueMs`, or where it is nearest to that. */
+  /** Pauses at `dueMs`, or as near to it as possible. */
   stand(dueMs: number): void {
     this.pause();
     const { element } = this;

@@ -1,12 +1,12 @@
 import type { TapeContent, TapeListing } from "../messages";
 import { t } from "../words/words";
 
-/** What there is to replay; throws an `Error` with a sentence. */
+/** Loads the list of parts; throws an `Error` with a sentence. */
 export function loadListing(): Promise<TapeListing> {
   return load("api/tape");
 }
 
-/** One part, without picture and sound; throws an `Error` with a sentence. */
+/** Loads one part without picture and sound; throws an `Error` with a sentence. */
 export function loadPart(name: string): Promise<TapeContent> {
   return load(`api/tape/${encodeURIComponent(name)}`);
 }

@@ -10,7 +10,7 @@ import { Replay } from "./Replay";
 const root = document.getElementById("page");
 
 learn(replay);
-// Nobody chooses a language here, so it is there before the page; without it, it is English.
+// There is no choice of language here, so it is loaded before drawing; if that fails, English.
 Promise.allSettled([speak(choose(wishes(null))), learnLater(), loadSaid()]).then(() => {
   document.title = `WAX: ${t("replay.title")}`;
   if (root) render(<Replay />, root);

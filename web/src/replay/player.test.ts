@@ -4,7 +4,7 @@ import type { Placed, TapeContent } from "../messages";
 import { Player } from "./player";
 import { Timeline } from "./timeline";
 
-/** An element that plays nothing; tests set where it is. */
+/** An element that plays nothing; tests set its position. */
 function element(tag: "video" | "audio"): HTMLVideoElement & HTMLAudioElement {
   const made = document.createElement(tag) as HTMLVideoElement & HTMLAudioElement;
   let isPaused = true;
@@ -81,7 +81,7 @@ it("shows the picture and plays the sound that the operator had at a moment", as
   expect(sound.currentTime).toBeCloseTo(4.5);
 });
 
-it("holds the sound in its place by its speed, and by a jump only where it is far off", async () => {
+it("keeps the sound in step by its speed, and seeks only if it is far off", async () => {
   player.view = "seen";
   player.rate = 0.5;
   player.seek(5000, timeline);
@@ -96,7 +96,7 @@ it("holds the sound in its place by its speed, and by a jump only where it is fa
   expect(sound.currentTime).toBeCloseTo(4.5);
 });
 
-it("keeps a camera in step that began later", async () => {
+it("keeps a camera that began later in step", async () => {
   const camera = element("video");
   Object.defineProperty(camera, "duration", { value: 8 });
   const letGo = player.attach(camera, 2000);
@@ -121,7 +121,7 @@ it("keeps a camera in step that began later", async () => {
   expect(camera.currentTime).toBe(8);
 });
 
-it("waits with a camera that has not begun or has died", async () => {
+it("pauses a camera that has not begun or has died", async () => {
   const camera = element("video");
   Object.defineProperty(camera, "duration", { value: 8 });
   player.attach(camera, 2000);
@@ -137,7 +137,7 @@ it("waits with a camera that has not begun or has died", async () => {
   expect(camera.paused).toBe(true);
 });
 
-it("brings a camera back by its speed, and by a jump only where it is far off", async () => {
+it("keeps a camera in step by its speed, and seeks only if it is far off", async () => {
   const camera = element("video");
   player.attach(camera, 0);
   player.seek(5000, timeline);
@@ -151,7 +151,7 @@ it("brings a camera back by its speed, and by a jump only where it is far off", 
   expect(camera.currentTime).toBe(5);
 });
 
-it("lets time pass where there is neither picture nor sound", async () => {
+it("advances time without picture and sound", async () => {
   vi.useFakeTimers({ toFake: ["performance"] });
   player.load(content({ has_media: false }));
   expect(player.isPlaying).toBe(false);

@@ -2,20 +2,20 @@ import type { TapeContent } from "../messages";
 import { Follower, HEARD, SEEN } from "./follower";
 import type { Timeline } from "./timeline";
 
-/** As it was at the robot, or as it came to the operator. */
+/** As it was at the robot, or as the operator saw it. */
 export type View = "was" | "seen";
 
 /**
- * Plays one part. The picture's element is the clock; its own sound is heard where the view is as
- * it was. As the operator saw it, the sound comes from an element of its own, which is held as far
- * behind the picture as it was for them. Cameras beside the driving view are in step with it.
+ * Plays one part. The picture's element is the clock; its own sound plays in the view `was`. In the
+ * view `seen` the sound comes from a separate element, as far behind the picture as it was for the
+ * operator. Cameras beside the driving view keep in step with it.
  */
 export class Player {
   view: View = "was";
   #rate = 1;
   #hasMedia = false;
   #lengthMs = 0;
-  /** Without picture and sound time still passes; since when, null while it stands. */
+  /** When playing started, for parts without picture and sound; null while paused. */
   #startedMs: number | null = null;
   #stoodAtMs = 0;
 
@@ -29,7 +29,7 @@ export class Player {
     this.#heard = new Follower(sound, HEARD);
   }
 
-  /** Shows a camera whose pictures began so long after the part; returns what ends that. */
+  /** Plays a camera whose pictures began `beganMs` after the part; returns what ends that. */
   attach(camera: HTMLVideoElement, beganMs: number): () => void {
     const follower = new Follower(camera, SEEN);
     this.#cameras.set(follower, beganMs);
@@ -72,14 +72,14 @@ export class Player {
     this.picture.playbackRate = this.sound.playbackRate = rate;
   }
 
-  /** Where picture and sound are, in ms since the beginning of the part. */
+  /** The media's position, in ms since the beginning of the part. */
   get mediaMs(): number {
     if (this.#hasMedia) return this.picture.currentTime * 1000;
     const since = this.#startedMs === null ? 0 : performance.now() - this.#startedMs;
     return Math.min(this.#lengthMs, this.#stoodAtMs + since * this.#rate);
   }
 
-  /** The moment that is shown: of the robot, or of the operator who sees it a little later. */
+  /** The moment shown: at the robot, or when the operator saw it, a little later. */
   momentMs(timeline: Timeline): number {
     return this.view === "was" ? this.mediaMs : timeline.whenSeen(this.mediaMs, "pictureMs");
   }
@@ -108,7 +108,7 @@ export class Player {
     this.sound.pause();
   }
 
-  /** Holds sound and cameras where they belong; to be called for each frame of the page. */
+  /** Keeps sound and cameras in step; call it for each frame of the page. */
   follow(timeline: Timeline): void {
     const runs = this.isPlaying && !this.hasEnded;
     for (const [camera, beganMs] of this.#cameras) {

@@ -14,7 +14,7 @@ it("holds each value until the next", () => {
   expect(line).toBe("M0 0H50V25H100");
 });
 
-it("breaks where nothing is known", () => {
+it("breaks at unknown values", () => {
   const line = steps(
     [
       { atMs: 0, value: null },
@@ -27,7 +27,7 @@ it("breaks where nothing is known", () => {
   expect(line).toBe("M20 50H40M60 0H100");
 });
 
-it("keeps what is beyond the box at its edge", () => {
+it("cuts values beyond the box at its edge", () => {
   expect(steps([{ atMs: -5, value: 99 }], BOX)).toBe("M0 0H100");
   expect(xOf(2000, BOX)).toBe(100);
   expect(steps([], BOX)).toBe("");

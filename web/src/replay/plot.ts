@@ -2,7 +2,7 @@
 
 export interface Point {
   atMs: number;
-  /** Null where nothing is known, which breaks the line. */
+  /** Null where unknown, which breaks the line. */
   value: number | null;
 }
 

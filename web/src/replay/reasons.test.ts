@@ -19,20 +19,20 @@ it("quotes what the operator was told, for every reason of the gate's", () => {
   expect(reasonWords("lapsed")).toContain(sentences["hold.lapsed"]);
 });
 
-it("has words of its own for what nobody was told", () => {
+it("has its own words for reasons without a sentence", () => {
   expect(reasonWords("pressed")).toBe("Stop is pressed");
   expect(reasonWords("robot")).toBe("a reason of the robot's own");
   expect(reasonWords("nobody_drives")).toBe("nobody drives");
   expect(reasonWords("from_the_future")).toBe("from the future");
 });
 
-it("says why a turn ended, as far as the tape knows it", () => {
+it("says why a turn ended, if the tape knows it", () => {
   expect(endWords("expired")).toBe("its time is over");
   expect(endWords("ended by the host")).toBe("ended by the host");
   expect([endWords(null), endWords("newer")]).toEqual(Array(2).fill("nobody knows why"));
 });
 
-it("says it in the reader's language", async () => {
+it("uses the reader's language", async () => {
   await speak("de");
   expect(reasonWords("late_picture")).toBe("zu lesen war „Langsam: Das Bild kommt spät.“");
   expect(endWords("idle")).toBe("es wurde nicht gefahren");

@@ -1,11 +1,11 @@
-/** Why the robot stood or was slow, and why a turn ended: short names on the tape, here in words. */
+/** Words for the tape's codes of why the robot stood or was slow, and why a turn ended. */
 
 import { isCode, said } from "../words/said";
 import { type Code, t } from "../words/words";
 
-/** What is the server's to say, in the order in which a name is looked for. */
+/** Areas of the server's sentences, in the order in which a name is looked up. */
 const AREAS = ["drive", "hold", "limit"];
-/** Reasons that nobody is told in the server's words. */
+/** Reasons that the server has no sentence for. */
 const OWN: Readonly<Record<string, Code>> = {
   nobody_drives: "replay.why.nobody",
   pressed: "replay.why.pressed",
@@ -20,7 +20,7 @@ const ENDS: Readonly<Record<string, Code>> = {
   "ended by the host": "replay.turn.ended",
 };
 
-/** What the operator was told, or the name as it is where a newer server has written it. */
+/** What the operator was told; for an unknown name, written by a newer server, the name itself. */
 export function reasonWords(name: string): string {
   const own = OWN[name];
   if (own) return t(own);

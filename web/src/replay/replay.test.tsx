@@ -37,7 +37,7 @@ function content(name: string, more: Partial<TapeContent> = {}): TapeContent {
   };
 }
 
-/** Answers with these, by path; anything else is an error with a sentence. */
+/** Answers by path with these; anything else is an error with a sentence. */
 function serve(answers: Record<string, unknown>): void {
   vi.stubGlobal("fetch", async (path: string) => {
     const found = answers[path];
@@ -48,7 +48,7 @@ function serve(answers: Record<string, unknown>): void {
   act(() => render(<Replay />, body));
 }
 
-it("opens the newest part and goes to an event of it", async () => {
+it("opens the newest part and seeks to an event of it", async () => {
   serve({
     "api/tape": { parts: [part("old"), part("new")] },
     "api/tape/new": content("new"),
@@ -61,7 +61,7 @@ it("opens the newest part and goes to an event of it", async () => {
   expect((getByRole(body, "slider", { name: "Time" }) as HTMLInputElement).value).toBe("5000");
 });
 
-it("makes a camera large by a tap and by a key, and says where it shows nothing", async () => {
+it("enlarges a camera by a tap and by a key, and says when it shows nothing", async () => {
   const cameras = [
     { number: 1, name: "Door", began_ms: 0 },
     { number: 3, name: "Tail", began_ms: 4000 },
@@ -88,7 +88,7 @@ it("makes a camera large by a tap and by a key, and says where it shows nothing"
 it("steps to the next event with a key", async () => {
   serve({ "api/tape": { parts: [part("one")] }, "api/tape/one": content("one") });
   await findByRole(body, "button", { name: "Next event" });
-  // The page listens once it has been drawn.
+  // The page listens only once it has been drawn.
   await eventually(() => {
     act(() => {
       window.dispatchEvent(new KeyboardEvent("keydown", { key: "n" }));
@@ -97,7 +97,7 @@ it("steps to the next event with a key", async () => {
   });
 });
 
-it("says what is wrong with a part, and plays what there is of it", async () => {
+it("says what is wrong with a part, and plays the rest of it", async () => {
   const problem = "The events are cut off after 5.0 s.";
   serve({ "api/tape": { parts: [part("one")] }, "api/tape/one": content("one", { problem }) });
   expect((await findByRole(body, "alert")).textContent).toBe(problem);

@@ -62,7 +62,7 @@ function watched(more: Partial<Watched> = {}): Watched {
 const TURN: Event = { type: "turned", number: 1, operator: 1, why: null };
 const STOP: Event = { type: "stopped", number: 4, pressed: true, viewer: 2, by_host: false };
 
-it("tells who drives and which command counts at each moment", () => {
+it("knows who drives and which command counts at each moment", () => {
   const line = new Timeline(
     tape([
       [0, TURN],
@@ -78,7 +78,7 @@ it("tells who drives and which command counts at each moment", () => {
   expect(line.commandAt(9000)).toBeNull();
 });
 
-it("shows the operator's hands when they moved, also where the command was refused", () => {
+it("shows the operator's input at its time, even if the command was refused", () => {
   const line = new Timeline(
     tape([
       [0, TURN],
@@ -103,7 +103,7 @@ it("finds the moment in which the operator saw a picture", () => {
   expect(line.whenSeen(1200, "pictureMs")).toBe(1500);
   expect(line.whenSeen(2200, "pictureMs")).toBe(2600);
   expect(line.agesAt(2100)).toEqual({ pictureMs: 400, soundMs: 500 });
-  // Before the first report nothing is known, and nothing is made up.
+  // Before the first report nothing is known or made up.
   expect(line.agesAt(500)).toEqual({ pictureMs: 0, soundMs: 0 });
 });
 
@@ -117,7 +117,7 @@ it("marks stops, faults and turns, and steps from one to the next", () => {
       [9000, { type: "missed", missed_s: 1.5 }],
     ]),
   );
-  // What was so before the part began is no event of it.
+  // The state before the part began is not an event of it.
   expect(line.marks.map((mark) => mark.kind)).toEqual(["stop", "fault", "gap"]);
   expect(line.stopAt(100)?.number).toBe(4);
   expect(line.stopAt(6000)).toBeNull();
@@ -130,7 +130,7 @@ it("marks stops, faults and turns, and steps from one to the next", () => {
   expect(line.next(9000)).toBeNull();
 });
 
-it("calls people by their names only where those were recorded", () => {
+it("names people only if names were recorded", () => {
   const line = new Timeline(
     tape([
       [0, { type: "named", viewer: 2, name: "Ada" }],
@@ -142,7 +142,7 @@ it("calls people by their names only where those were recorded", () => {
   expect(line.who(null)).toBe("nobody");
 });
 
-it("is at an event where a video that was sent there is", () => {
+it("counts as at an event when the video was sent there", () => {
   const timeline = new Timeline(tape([[3000.123456, STOP]]));
   expect(timeline.stopAt(3000.123)).toEqual(STOP);
   expect(timeline.stopAt(3000.1)).toBeNull();

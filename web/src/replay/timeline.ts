@@ -1,4 +1,4 @@
-/** What was at each moment of one part of the tape. Pure; times in ms since its beginning. */
+/** The state at each moment of one part of the tape. Pure; times in ms since its beginning. */
 
 import type {
   Commanded,
@@ -23,29 +23,29 @@ export interface At<E> {
   event: E;
 }
 
-/** A moment that somebody may look for. */
+/** A moment of interest. */
 export interface Mark {
   atMs: number;
   kind: "stop" | "fault" | "turn" | "gap";
   words: string;
 }
 
-/** How old picture and sound were for the operator; 0 where it is not known. */
+/** How old picture and sound were for the operator; 0 where unknown. */
 export interface Ages {
   pictureMs: number;
   soundMs: number;
 }
 
-/** A command counts for at most so long. */
+/** How long a command counts at most. */
 const COMMAND_MS = 2000;
-/** A viewer's report is of the last second; older ones say nothing of now. */
+/** How long a viewer's report is shown; it covers the last second. */
 const REPORT_MS = 3000;
-/** The time of a media element is cut to microseconds, so one that was set may lie before it. */
+/** A media element's time is truncated to microseconds, so it may be just before the time set. */
 const CUT_MS = 0.01;
-/** Two marks closer than that are one, for who steps from one to the next. */
+/** Marks closer together than this count as one when stepping between them. */
 const STEP_MS = 50;
 
-/** A part of the tape that is open. */
+/** An open part of the tape. */
 export interface OpenPart {
   content: TapeContent;
   timeline: Timeline;
@@ -54,7 +54,7 @@ export interface OpenPart {
 export class Timeline {
   readonly lengthMs: number;
   readonly marks: readonly Mark[];
-  /** In the order in which the gate saw them, and in which they were sent. */
+  /** The commands in the order in which the gate saw them, and in which they were sent. */
   readonly commands: readonly At<Commanded>[];
   readonly sent: readonly At<Commanded>[];
   readonly steered: readonly At<Steered>[];
@@ -96,7 +96,7 @@ export class Timeline {
     return recent(this.counted, atMs, COMMAND_MS);
   }
 
-  /** What the operator's hands did then, whatever became of it. */
+  /** What the operator was doing then, whatever became of the command. */
   sentAt(atMs: number): Commanded | null {
     return recent(this.#of(this.#sentBy, atMs), atMs, COMMAND_MS);
   }
@@ -115,7 +115,7 @@ export class Timeline {
     return stop?.pressed ? stop : null;
   }
 
-  /** How the operator had it. */
+  /** The operator's connection, picture and sound. */
   watchedAt(atMs: number): Watched | null {
     return recent(this.#of(this.#watchedBy, atMs), atMs, REPORT_MS);
   }
@@ -128,12 +128,12 @@ export class Timeline {
   /** When the operator saw the picture of this moment, or heard its sound. */
   whenSeen(mediaMs: number, of: keyof Ages): number {
     let atMs = mediaMs;
-    // Ages change slowly: a few rounds find the moment that is as far away as its own age.
+    // Ages change slowly: a few iterations find the moment that is its own age later.
     for (let round = 0; round < 3; round++) atMs = mediaMs + this.agesAt(atMs)[of];
     return atMs;
   }
 
-  /** The next moment of interest after this one, null if there is none. */
+  /** The next mark after this moment; null if there is none. */
   next(atMs: number): Mark | null {
     return this.marks.find((one) => one.atMs > atMs + STEP_MS) ?? null;
   }
@@ -149,14 +149,14 @@ export class Timeline {
     return name === undefined ? t("replay.who.viewer", { number: `${viewer}` }) : named(name);
   }
 
-  /** What there is of who drives then. */
+  /** The entries of the viewer who drives at this moment. */
   #of<E>(found: ReadonlyMap<number, At<E>[]>, atMs: number): readonly At<E>[] {
     const operator = this.operatorAt(atMs);
     return (operator !== null && found.get(operator)) || [];
   }
 
   #mark({ at_ms, event }: Placed): Mark[] {
-    // What was so before this part began is repeated at its beginning, and is no news.
+    // The state before this part is repeated at its beginning, and is no event.
     const isNews = at_ms > 0;
     const mark = (kind: Mark["kind"], words: string) => [{ atMs: at_ms, kind, words }];
     switch (event.type) {
@@ -197,7 +197,7 @@ function byViewer<E extends { viewer: number }>(found: readonly At<E>[]): Map<nu
   return sorted;
 }
 
-/** The newest that is not later, null if all are. */
+/** The newest entry that is not later; null if all are later. */
 export function newest<E>(found: readonly At<E>[], atMs: number): At<E> | null {
   let from = 0;
   let to = found.length;

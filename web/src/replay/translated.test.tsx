@@ -9,7 +9,7 @@ import { loadSaid } from "../words/said";
 import { Replay } from "./Replay";
 
 const body = document.body;
-/** What was translated into the trial's language; units and what is printed on keys is by nobody. */
+/** Text in the pseudo-language; units and key labels are not translated. */
 const TRANSLATED = /\u202e[^\u202c]*\u202c|\bms\b|\u2068[A-Z]\u2069/g;
 
 beforeEach(async () => {
@@ -37,7 +37,7 @@ const COMMAND = {
 const UNSENT = { round_trip_ms: 9, rendition: null, why: null };
 const STEERED = { type: "steered", linear_mps: 0, angular_rps: 0, limit: null };
 
-/** One of everything that is told in words; names and figures are nobody's words. */
+/** One of everything that is shown in words; names and figures are not translated. */
 const EVENTS = [
   [0, { type: "turned", number: 1, operator: 2, why: null }],
   [0, COMMAND],
@@ -80,7 +80,7 @@ async function opens(has: Partial<TapeContent>): Promise<void> {
   await findByRole(body, "slider");
 }
 
-/** All that a person reads, or has read to them. */
+/** Everything that a person reads, or has read to them. */
 function read(): string[] {
   const found: string[] = [];
   for (const element of body.querySelectorAll<HTMLElement>("*")) {
@@ -92,10 +92,10 @@ function read(): string[] {
   return found;
 }
 
-/** What of it is in letters that nobody has translated. */
+/** The untranslated letters in it. */
 const plain = () => read().filter((text) => /[a-z]/i.test(text.replace(TRANSLATED, "")));
 
-it("is said in the reader's language, all of it, at every moment", async () => {
+it("everything is in the reader's language, at every moment", async () => {
   await opens({});
   expect(read().length).toBeGreaterThan(40);
   expect(plain()).toEqual([]);
@@ -112,12 +112,12 @@ it("is said in the reader's language, all of it, at every moment", async () => {
   expect(plain()).toEqual([]);
 });
 
-it("says in it that there is nothing, too", async () => {
+it("says there that a part is empty, too", async () => {
   await opens({ events: [], cameras: [] });
   expect(plain()).toEqual([]);
 });
 
-it("says in it that nothing answers", async () => {
+it("says there that nothing answers", async () => {
   vi.stubGlobal("fetch", async () => {
     throw new TypeError("network");
   });

@@ -5,13 +5,13 @@ import { clockWords, commandWords, partWords, reportedWords, steeredWords } from
 
 beforeAll(() => loadSaid());
 
-it("says a time within a part", () => {
+it("writes a time within a part", () => {
   expect(clockWords(0)).toBe("0:00.0");
   expect(clockWords(65_390)).toBe("1:05.3");
   expect(clockWords(-5)).toBe("0:00.0");
 });
 
-it("says what hands do and what comes of it", () => {
+it("describes the operator's command and what became of it", () => {
   const command = {
     held: true,
     linear: 0.5,
@@ -32,7 +32,7 @@ it("says what hands do and what comes of it", () => {
   );
 });
 
-it("says what the robot says of itself, and when it says nothing", () => {
+it("describes the robot's report, and its absence", () => {
   const reported = {
     connected: true,
     problem: null,

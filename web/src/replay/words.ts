@@ -1,4 +1,4 @@
-/** The sentences of the tape's page. */
+/** The sentences of the replay page. */
 
 import type { Commanded, Reported, Steered, TapePart, Watched } from "../messages";
 import { msWords, sizeWords } from "../view/figures";
@@ -11,9 +11,9 @@ const KEPT = {
   fault: "replay.kept.fault",
 } as const satisfies Record<NonNullable<TapePart["kept"]>, Code>;
 
-/** Returns what says a part in the list: when it began, its size, and why it is kept. */
+/** Returns what describes a part in the list: when it began, its size, why it is kept. */
 export function partWords(where = locale()): (part: TapePart) => string {
-  // Making this takes longer than using it, and a week has ten thousand parts.
+  // Creating the format takes longer than using it, and a week has ten thousand parts.
   const time = new Intl.DateTimeFormat(where, { dateStyle: "medium", timeStyle: "medium" });
   return (part) => {
     const size = t("replay.part.size", { mb: figure(part.size_bytes / 1e6, 1) });
@@ -29,7 +29,7 @@ export function clockWords(ms: number): string {
   return `${Math.floor(tenths / 600)}:${String(seconds).padStart(2, "0")}.${tenths % 10}`;
 }
 
-/** What the operator's hands do. */
+/** The operator's command. */
 export function commandWords(command: Commanded | null): string {
   if (!command) return t("replay.command.none");
   if (!command.held) return t("replay.command.released");
@@ -45,7 +45,7 @@ export function commandWords(command: Commanded | null): string {
   return [held.join(", ") || t("replay.command.still"), speed].join("; ");
 }
 
-/** What came of it: the robot's set-point, and what holds or slows it. */
+/** What became of the command: the robot's set-point, and what holds or slows the robot. */
 export function steeredWords(steered: Steered | null): string {
   if (!steered) return t("replay.unknown");
   const { linear_mps, angular_rps, reason, limit } = steered;
@@ -57,7 +57,7 @@ export function steeredWords(steered: Steered | null): string {
   return why ? t("replay.why", { what, why: reasonWords(why) }) : what;
 }
 
-/** What the robot says of itself; a problem in its driver's own words. */
+/** What the robot reports; a problem in its driver's own words. */
 export function reportedWords(reported: Reported | null): string {
   if (!reported) return t("replay.unknown");
   const { connected, problem, moving, bumpers, battery_v } = reported;
@@ -71,7 +71,7 @@ export function reportedWords(reported: Reported | null): string {
   return said.join(", ") || t("replay.robot.nothing");
 }
 
-/** How the operator had it, and why so little was sent, in the words of that day. */
+/** The ages at the operator, and why so little was sent, in the words recorded then. */
 export function watchedWords(watched: Watched | null): string {
   if (!watched) return t("replay.unknown");
   const { picture_ms, sound_ms, round_trip_ms, rendition, why } = watched;

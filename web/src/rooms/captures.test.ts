@@ -18,7 +18,7 @@ it("knows nothing without one", () => {
   expect(rtpClock("video", { source: 1, timestamp: 0, rtpTimestamp: 1 })).toBeNull();
 });
 
-it("compares ages whatever the clocks are apart", () => {
+it("compares ages whatever the clocks' offset", () => {
   const clock = new CaptureClock();
   expect(clock.toServerMs(0)).toBeNull();
   clock.add(1_700_000_000_000, 10_000);

@@ -12,7 +12,7 @@ beforeEach(() => {
   nowMs = 1000;
 });
 
-/** Looks each 50 ms; returns after how long it has stood, null if it has not. */
+/** Checks every 50 ms; returns after how long the room counts as frozen, null if never. */
 function standsFor(ms: number, moves = false): number | null {
   const startMs = nowMs;
   while (nowMs - startMs < ms) {
@@ -22,7 +22,7 @@ function standsFor(ms: number, moves = false): number | null {
   return null;
 }
 
-it("goes to the first room, then to the second, then nowhere until there are new tokens", () => {
+it("tries the first room, then the second, then none until there are new tokens", () => {
   expect(failover.next()).toEqual(one);
   failover.plays(one, nowMs);
   failover.failed(one);
@@ -33,7 +33,7 @@ it("goes to the first room, then to the second, then nowhere until there are new
   expect(failover.next()).toEqual(two);
 });
 
-it("never goes to the room that it is in, whatever its newest token and place in the list", () => {
+it("never switches to the current room, whatever its newest token and place in the list", () => {
   failover.plays(one, nowMs);
   failover.offer([seat("one"), two]);
   expect(failover.next()).toEqual(two);
@@ -45,7 +45,7 @@ it("gives a room up after half a second without a picture", () => {
   expect(standsFor(5000)).toBe(500);
 });
 
-it("takes ever longer where every room stalls, and is quick again after ten good seconds", () => {
+it("takes ever longer if every room stalls, and is fast again after ten good seconds", () => {
   failover.plays(one, nowMs);
   const waits = [1, 2, 3, 4, 5].map(() => {
     const ms = standsFor(20_000);
@@ -59,13 +59,13 @@ it("takes ever longer where every room stalls, and is quick again after ten good
   expect(standsFor(20_000)).toBe(500);
 });
 
-it("counts no time in which the page did not run", () => {
+it("does not count time in which the page did not run", () => {
   failover.plays(one, nowMs);
   nowMs += 60_000;
   expect(failover.hasStood(nowMs, false)).toBe(false);
 });
 
-it("may try a room again that failed, once another one has played for ten seconds", () => {
+it("may retry a failed room once another one has played for ten seconds", () => {
   failover.plays(one, nowMs);
   failover.failed(one);
   failover.plays(two, nowMs);
@@ -77,7 +77,7 @@ it("may try a room again that failed, once another one has played for ten second
   expect(failover.next()).toEqual(one);
 });
 
-it("tells rooms of one server by their tokens, and a token without a name is its own", () => {
+it("tells rooms on one server apart by their tokens, even without a name in them", () => {
   expect(isSameRoom(one, two)).toBe(false);
   expect(isSameRoom(one, { ...one, token: `${one.token}x` })).toBe(true);
   expect(isSameRoom(one, seat("one", { url: "wss://others.example.org" }))).toBe(false);

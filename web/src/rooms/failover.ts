@@ -1,18 +1,18 @@
 import type { Seat } from "../messages";
 
-/** Without a picture for so long a room counts as gone. */
+/** Without a picture for this long a LiveKit room counts as gone. */
 const FIRST_PATIENCE_MS = 500;
-/** Where every room stalls, the link does: going to and fro would make that worse. */
+/** The most patience: if every room stalls, the link does, and switching makes it worse. */
 const MOST_PATIENCE_MS = 8000;
-/** After so long with a picture a room is good again, and so are those that failed before. */
+/** After this long with a picture, patience is reset and failed rooms may be tried again. */
 const STEADY_MS = 10_000;
 /** A longer gap between calls means that the page did not run and could not see anything. */
 const LONGEST_STEP_MS = 200;
 
-/** Which of the rooms to watch, and when to go to the next one. Pure. */
+/** Which of the LiveKit rooms to watch, and when to switch to the next. Pure. */
 export class Failover {
   #seats: Seat[] = [];
-  /** The rooms that do not play. */
+  /** The rooms that have failed. */
   readonly #failed = new Set<string>();
   #current: string | null = null;
   #patienceMs = FIRST_PATIENCE_MS;
@@ -20,41 +20,41 @@ export class Failover {
   #quietMs = 0;
   #steadyMs = 0;
 
-  /** Sets the rooms, or fresh tokens for them; whichever failed may be tried again. */
+  /** Sets the rooms, or fresh tokens for them; rooms that failed may be tried again. */
   offer(seats: Seat[]): void {
     this.#seats = seats;
     this.#failed.clear();
   }
 
-  /** The first room that may play, other than the one that is watched; null if there is none. */
+  /** The first room that has not failed, other than the current one; null if there is none. */
   next(): Seat | null {
     const isGood = (seat: Seat) =>
       !this.#failed.has(nameOf(seat)) && nameOf(seat) !== this.#current;
     return this.#seats.find(isGood) ?? null;
   }
 
-  /** This room plays from now on. */
+  /** Records that this room plays from now on. */
   plays(seat: Seat, nowMs: number): void {
     this.#current = nameOf(seat);
     this.#steadyMs = 0;
     this.begin(nowMs);
   }
 
-  /** This room does not play: the next one is another, until `offer`. */
+  /** Excludes this room until `offer`. */
   failed(seat: Seat): void {
     this.#failed.add(nameOf(seat));
     if (nameOf(seat) === this.#current) this.#current = null;
   }
 
-  /** Begins to wait anew. */
+  /** Restarts the wait. */
   begin(nowMs: number): void {
     this.#quietMs = 0;
     this.#lookedMs = nowMs;
   }
 
   /**
-   * Whether the room has stood still for too long; to be called several times a second. `moves`
-   * says that there was a picture since the call before, or that none is expected.
+   * Whether the room has been frozen for too long; call it several times a second. `moves` says
+   * that there was a picture since the last call, or that none is expected.
    */
   hasStood(nowMs: number, moves: boolean): boolean {
     const stepMs = Math.min(nowMs - this.#lookedMs, LONGEST_STEP_MS);
@@ -71,12 +71,12 @@ export class Failover {
   }
 }
 
-/** Whether both are of the same room. */
+/** Whether both seats are in the same room. */
 export function isSameRoom(one: Seat, other: Seat): boolean {
   return nameOf(one) === nameOf(other);
 }
 
-/** What tells a room from others, on the same server too: its token says which it opens. */
+/** Identifies a room, also among several on one server: its token says which it opens. */
 function nameOf({ url, token }: Seat): string {
   return `${url} ${roomIn(token)}`;
 }

@@ -21,7 +21,7 @@ it.each([0, 5, 60, 180, 500])("holds the picture back until its sound is heard: 
   expect(Math.abs((held.at(-1) ?? Number.NaN) - ms)).toBeLessThanOrEqual(8);
 });
 
-it("does not overshoot, though a change takes its time", () => {
+it("does not overshoot, although a change takes time", () => {
   expect(Math.max(...play(new HoldBack(), () => 300))).toBeLessThanOrEqual(310);
 });
 
@@ -30,12 +30,12 @@ it("is not moved by single measurements", () => {
   for (const ms of held.slice(20)) expect(ms).toBe(60);
 });
 
-it("never makes a late picture later, and never waits for more than half a second", () => {
+it("never delays a late picture, and never waits more than half a second", () => {
   expect(play(new HoldBack(), () => -100).at(-1)).toBe(0);
   expect(play(new HoldBack(), () => 600).at(-1)).toBe(500);
 });
 
-it("does not wait at all for sound that would be too late all the same", () => {
+it("does not wait for sound that would still be too late", () => {
   expect(play(new HoldBack(), () => 900).at(-1)).toBe(0);
 });
 
@@ -45,7 +45,7 @@ it("follows the sound down again", () => {
   expect(held.at(-1)).toBe(50);
 });
 
-it("holds a new buffer back by as much, and judges it once it is filled", () => {
+it("holds a new buffer back by as much, and measures it once it is filled", () => {
   const hold = new HoldBack();
   play(hold, () => 200);
   hold.again(100_000);

@@ -1,19 +1,19 @@
 /** The most by which an observer's picture waits for its sound (thesis 3.3). */
 const MOST_MS = 500;
 const STEP_MS = 10;
-/** A smaller error is what steps and single measurements leave. */
+/** Errors smaller than this are left by steps and noise. */
 const SURE_MS = 8;
-/** Sound later than this is noticed (ITU-R BT.1359): where so much would remain, waiting is vain. */
+/** Sound later than this is noticed (ITU-R BT.1359): if more would remain, do not wait. */
 const NOTICED_MS = 125;
-/** One measurement that differs by more than the picture's own jitter decides nothing. */
+/** Several measurements decide, since single ones vary with the picture's jitter. */
 const SAMPLES = 4;
-/** Browsers move the picture's delay by 100 ms a second, and need some pictures to begin. */
+/** Browsers change the picture's delay by 100 ms a second, and need a few pictures to start. */
 const BEGINS_MS = 500;
 const MOVES = 10;
 
 /**
- * How long the picture is held back, so that it is shown when its sound is heard: the sound is the
- * master, as at the robot's own server. A change is measured only once it has had its effect. Pure.
+ * How long the picture is held back, to be shown when its sound is heard: the sound is the master,
+ * as at the robot's own server. After a change, measurements count only once it has settled. Pure.
  */
 export class HoldBack {
   #heldMs = 0;
@@ -24,7 +24,7 @@ export class HoldBack {
     return this.#heldMs;
   }
 
-  /** Takes by how much the picture is younger than the sound. */
+  /** Adds a measurement: by how much the picture is younger than the sound. */
   add(earlyMs: number, nowMs: number): void {
     if (nowMs < this.#settledMs) return;
     this.#early.push(earlyMs);
@@ -34,13 +34,13 @@ export class HoldBack {
     if (Math.abs(middle) >= SURE_MS) this.#hold(this.#heldMs + middle, nowMs);
   }
 
-  /** Another buffer begins, which is to hold back as much. */
+  /** Restarts with a new jitter buffer, which is to hold back as much. */
   again(nowMs: number): void {
     this.#early = [];
     this.#settledMs = nowMs + BEGINS_MS + MOVES * this.#heldMs;
   }
 
-  /** There is nothing to wait for. */
+  /** Holds nothing back: there is no sound to wait for. */
   forget(): void {
     this.#heldMs = 0;
     this.#early = [];

@@ -17,14 +17,14 @@ vi.mock("../measure/report", () => ({
   },
 }));
 
-/** From the beginning of NTP's time to 1970. */
+/** From NTP's epoch, 1900, to 1970. */
 const NTP_MS = 2_208_988_800_000;
 
 let isFirst: boolean;
 let playouts: Playout[];
 let facts: Facts[];
 let rendition: RenditionChoice;
-/** By how much the server's clock is ahead of the page's; null while nobody knows. */
+/** By how much the server's clock is ahead of the page's; null while unknown. */
 let aheadMs: number | null;
 let inStep: InStep;
 let nowMs: number;
@@ -53,7 +53,7 @@ beforeEach(() => {
   });
 });
 
-/** Reports four times a second, for so many seconds. */
+/** Reports four times a second for this many seconds. */
 function report(seconds: number, soundMs: number | null, pictureMs: number, frozenMs = () => 0) {
   for (let i = 0; i < 4 * seconds; i++) {
     nowMs += 250;
@@ -78,13 +78,13 @@ it("holds the picture back until its sound is heard, and leaves the sound to the
   expect(playouts.at(-1)).toMatchObject({ policy: "audio-master", picture_target_ms: 120 });
 });
 
-it("holds another rendition back by as much at once", () => {
+it("holds another rendition back by as much from the start", () => {
   take();
   report(1, 180, 60);
   expect(take().picture.jitterBufferTarget).toBe(120);
 });
 
-it("holds nothing back where the picture goes first, or without sound", () => {
+it("holds nothing back if the picture has priority, or without sound", () => {
   const { picture } = take();
   report(1, 180, 60);
   report(1, null, 60);
@@ -94,7 +94,7 @@ it("holds nothing back where the picture goes first, or without sound", () => {
   expect(picture.jitterBufferTarget).toBe(0);
 });
 
-it("has the smaller rendition chosen where pictures stand", () => {
+it("chooses the smaller rendition if pictures freeze", () => {
   take();
   report(5, 60, 60);
   let frozenMs = 0;
@@ -112,7 +112,7 @@ it("maps both streams by their packets' capture times", () => {
   expect(made.mapped.mock.calls.map(([clock]) => clock.kind)).toEqual(["audio", "video"]);
 });
 
-it("tells ages by the server's clock, though it compares them by what came the fastest", () => {
+it("shows ages by the server's clock, but compares them relative to the fastest sample", () => {
   const source = { rtpTimestamp: 7, captureTimestamp: NTP_MS + 5000 };
   inStep.take({ sound: receiver(source), picture: receiver(source) });
   nowMs = 1000;
@@ -122,7 +122,7 @@ it("tells ages by the server's clock, though it compares them by what came the f
   expect(facts).toEqual([{ pictureMs: 35, pictureErrorMs: 7, soundMs: 95, skewMs: 60 }]);
 });
 
-it("tells the skew, but no ages while nobody knows the server's clock", () => {
+it("shows the skew, but no ages while the server's clock is unknown", () => {
   made.options?.onFacts({ pictureMs: 5, soundMs: 65, skewMs: 60 } as Facts);
   expect(facts).toEqual([{ pictureMs: null, pictureErrorMs: null, soundMs: null, skewMs: 60 }]);
 });

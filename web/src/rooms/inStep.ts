@@ -9,10 +9,10 @@ import type { RenditionChoice } from "./rendition";
 
 export interface InStepOptions {
   wants: () => { sound: boolean; picture: boolean };
-  /** Whether the picture is not to wait for its sound. */
+  /** Whether the picture is shown without waiting for its sound. */
   isPictureFirst: () => boolean;
   rendition: RenditionChoice;
-  /** The clock that capture times are of, as far as it is known. */
+  /** The clock of the capture times, as far as it is known. */
   wall: Pick<ServerClock, "toServerMs" | "errorMs">;
   onFacts: (facts: Facts) => void;
   onPlayout: (playout: Playout) => void;
@@ -20,7 +20,7 @@ export interface InStepOptions {
 
 const REPORTS_PER_ARRIVING = 4;
 
-/** As the server would say it. */
+/** The server's codes for why the picture is held back. */
 const REASONS = {
   first: "sync.neither",
   none: "sync.nothing",
@@ -28,9 +28,9 @@ const REASONS = {
 } as const;
 
 /**
- * Measures what a room sends and plays it in step, as the robot's server has the page do it for its
- * own: nobody else knows here what arrives at this page. What came the fastest counts as of age 0;
- * only the ages that are shown are by the server's clock, whose error is larger than the skew.
+ * Measures a LiveKit room's streams and plays them in step, as the robot's server controls it for
+ * its own viewers: here only the page knows what arrives. The fastest sample counts as age 0; only
+ * the ages that are shown use the server's clock, whose error is larger than the skew.
  */
 export class InStep {
   readonly #reporter: Reporter;
@@ -49,7 +49,7 @@ export class InStep {
         },
         clock: this.#clock,
         isThin: false,
-        // Every report is of use: it goes nowhere.
+        // Reports stay in the page, so they can be frequent.
         mayDrive: true,
         sendDrive: (report) => this.#reported(report, performance.now()),
       },
@@ -63,7 +63,7 @@ export class InStep {
     return this.#receivers?.picture ?? undefined;
   }
 
-  /** Sets what plays, null for nothing. */
+  /** Sets the receivers that play; null for none. */
   take(receivers: Receivers | null): void {
     const isNew = receivers?.picture !== this.#receivers?.picture;
     this.#receivers = receivers;
@@ -78,7 +78,7 @@ export class InStep {
     this.#reporter.picture.presented(rtp, atMs);
   }
 
-  /** To be called several times a second. */
+  /** Reads the capture times; call it several times a second. */
   look(nowMs: number): void {
     const { sound, picture } = this.#receivers ?? {};
     for (const [kind, receiver] of [["audio", sound] as const, ["video", picture] as const]) {
@@ -110,7 +110,7 @@ export class InStep {
     }
   }
 
-  /** The facts with ages by the server's clock; without them where it is not known. */
+  /** The facts with ages by the server's clock; without ages where it is not known. */
   #aged(facts: Facts, nowMs: number): Facts {
     const { wall } = this.options;
     const fastestMs = difference(wall.toServerMs(nowMs), this.#clock.toServerMs(nowMs));

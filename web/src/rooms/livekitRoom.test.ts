@@ -4,7 +4,7 @@ import { eventually } from "../testing/eventually";
 import { room, seat, told } from "../testing/messages";
 import { LiveKitRoom } from "./livekitRoom";
 
-/** LiveKit's room, as far as the page uses it. */
+/** A LiveKit room, as far as the page uses it. */
 const livekit = vi.hoisted(() => {
   type Listener = (...values: unknown[]) => void;
   const told = { refuses: false };
@@ -48,7 +48,7 @@ beforeEach(() => {
   gone = [];
 });
 
-/** A publication that is not subscribed, and whose track comes once it is. */
+/** A publication whose track arrives once it is subscribed. */
 function publication(kind: string) {
   return {
     kind,
@@ -81,7 +81,7 @@ function enter() {
   return { made, fake, best, small, sound, stranger };
 }
 
-it("joins with nothing subscribed, with capture times, and does not come back by itself", () => {
+it("joins without subscriptions, with capture times, and does not reconnect by itself", () => {
   const { fake } = enter();
   expect(fake.options).toMatchObject({ singlePeerConnection: false });
   const { reconnectPolicy } = fake.options as {
@@ -96,7 +96,7 @@ it("joins with nothing subscribed, with capture times, and does not come back by
   );
 });
 
-it("has one picture sent, and the sound, and nothing of anybody else", () => {
+it("subscribes to one picture and the sound, and to nobody else", () => {
   const { made, best, small, sound, stranger } = enter();
   expect(made.pictures).toEqual([BEST, SMALL]);
   made.watch(BEST, true);
@@ -112,7 +112,7 @@ it("has one picture sent, and the sound, and nothing of anybody else", () => {
   expect(small.setSubscribed).toHaveBeenCalledOnce();
 });
 
-it("finds what has come", () => {
+it("finds the receivers that have arrived", () => {
   const { made, best, sound } = enter();
   expect(made.picture(BEST)).toBeNull();
   expect(made.sound).toBeNull();
@@ -122,7 +122,7 @@ it("finds what has come", () => {
   expect(made.sound).toBe(sound.track.receiver);
 });
 
-it("hears the robot's server and nobody else", () => {
+it("accepts messages only from the robot's server", () => {
   const { fake } = enter();
   const say = (message: object, sender?: object, topic = "wax") =>
     fake.emit("dataReceived", new TextEncoder().encode(JSON.stringify(message)), sender, 0, topic);
@@ -146,7 +146,7 @@ it.each([
   expect(gone).toEqual([isSentAway]);
 });
 
-it("says nothing once it was left", () => {
+it("reports nothing after `leave`", () => {
   const { made, fake } = enter();
   fake.state = "connected";
   expect(made.isConnected).toBe(true);
@@ -157,7 +157,7 @@ it("says nothing once it was left", () => {
   expect(made.isConnected).toBe(false);
 });
 
-it("is over where it is not let in", async () => {
+it("reports its end if it cannot join", async () => {
   livekit.refuses = true;
   enter();
   await eventually(() => expect(gone).toEqual([false]));

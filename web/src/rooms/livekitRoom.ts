@@ -9,23 +9,23 @@ import {
 import type { Seat, Told } from "../messages";
 import { inQuality } from "./rendition";
 
-/** The robot publishes under names that begin so, one for each rendition. */
+/** The robot publishes under names with this prefix, one for each rendition. */
 const ROBOT = "robot ";
 const TOPIC = "wax";
 
-/** A room's events; there are none after `gone` or `leave`. */
+/** A LiveKit room's events; there are none after `gone` or `leave`. */
 export interface RoomEvents {
   told(told: Told): void;
-  /** Its connection is lost, or was never made; or this page was sent away. */
+  /** The connection is lost or was never made, or this page was sent away. */
   gone(isSentAway: boolean): void;
 }
 
-/** One connection to a room of LiveKit's. */
+/** One connection to a LiveKit room. */
 export class LiveKitRoom {
   readonly #room = new Room({
-    // The capture times come only over a connection that is not shared with the page's own tracks.
+    // Capture times arrive only over a connection that is not shared with the page's own tracks.
     singlePeerConnection: false,
-    // Another room is at hand, and there sooner.
+    // Never reconnect: switching to another room is faster.
     reconnectPolicy: { nextRetryDelayInMs: () => null },
   });
   #isOver = false;
@@ -39,7 +39,7 @@ export class LiveKitRoom {
     this.#room.on(RoomEvent.Reconnecting, () => this.#end(false));
     this.#room.on(RoomEvent.Disconnected, (why) => this.#end(isSentAway(why)));
     this.#room.on(RoomEvent.DataReceived, (payload, sender, _kind, topic) => {
-      // The robot's server speaks without being in the room; nobody else is heard.
+      // The robot's server sends without being a participant; ignore everybody else.
       if (sender === undefined && topic === TOPIC) this.#hear(payload);
     });
     this.#room
@@ -47,14 +47,14 @@ export class LiveKitRoom {
       .catch(() => this.#end(false));
   }
 
-  /** Who publishes a picture, the best first. */
+  /** The publishers of a picture, the best first. */
   get pictures(): string[] {
     const has = (name: string) => this.#find(name, Track.Kind.Video) !== undefined;
     const names = [...this.#room.remoteParticipants.keys()];
     return inQuality(names.filter((name) => name.startsWith(ROBOT) && has(name)));
   }
 
-  /** Has these sent and nothing else: the picture of this publisher, null for none, and the sound. */
+  /** Subscribes to this publisher's picture, null for none, and to the sound; to nothing else. */
   watch(picture: string | null, sound: boolean): void {
     for (const [name, one] of this.#room.remoteParticipants) {
       if (!name.startsWith(ROBOT)) continue;
@@ -65,7 +65,7 @@ export class LiveKitRoom {
     }
   }
 
-  /** The picture of this publisher, null while it is not there. */
+  /** The receiver of this publisher's picture, null while there is none. */
   picture(name: string): RTCRtpReceiver | null {
     return this.#find(name, Track.Kind.Video)?.track?.receiver ?? null;
   }

@@ -7,8 +7,8 @@ export type Wants = "join" | "leave" | "here" | "stay";
 const ASK_MS = 5000;
 
 /**
- * Asks the robot's server for a place in the queue, or keeps or leaves it, from a page that has no
- * connection there; returns this page's line in the room. An empty name is none. Throws
+ * Joins, keeps or leaves a place in the robot's queue, from a page without a connection to its
+ * server; returns this page's entry in the room state. An empty name is none. Throws
  * `RequestError`.
  */
 export async function postQueue(client: string, wants: Wants, name: string): Promise<ViewerInfo> {
@@ -17,14 +17,14 @@ export async function postQueue(client: string, wants: Wants, name: string): Pro
   return (await post("api/queue", body, { signal })) as unknown as ViewerInfo;
 }
 
-/** Renews this page's seat in the rooms; returns fresh tokens. Throws `RequestError`. */
+/** Renews this page's seat in the LiveKit rooms; returns fresh tokens. Throws `RequestError`. */
 export async function postSeat(client: string): Promise<Sent> {
   const signal = AbortSignal.timeout(ASK_MS);
   return (await timed(post("api/seat", { client }, { signal }))) as unknown as Sent;
 }
 
-/** Gives the seat back; it is sent even while the page is closed. */
+/** Gives the seat back; the request survives the page being closed. */
 export function postLeave(client: string): void {
-  // Nobody is there any more to be told that it failed.
+  // Nobody is left to see an error.
   post("api/seat", { client, leaves: true }, { keepalive: true }).catch(() => {});
 }

@@ -9,7 +9,7 @@ beforeEach(() => {
   nowMs = 0;
 });
 
-/** Measures once a second; returns after how many seconds the choice changed, null if it did not. */
+/** Measures once a second; returns after how many seconds the choice changed, null if never. */
 function after(seconds: number, arriving: { delayMs?: number | null; frozenMs?: number } = {}) {
   const before = choice.isSmall;
   for (let i = 1; i <= seconds; i++) {
@@ -27,22 +27,22 @@ it("orders the publishers by the rate in their names", () => {
   expect(inQuality(["robot b", "robot a", best])).toEqual([best, "robot a", "robot b"]);
 });
 
-it("takes the better picture where the link carries it", () => {
+it("chooses the better picture if the link carries it", () => {
   expect(after(600)).toBeNull();
   expect(choice.isSmall).toBe(false);
 });
 
-it("takes the smaller one where pictures queue, by whatever the clocks are apart", () => {
+it("chooses the smaller one if pictures queue, whatever the clocks' offset", () => {
   after(10, { delayMs: -5000 });
   expect(after(10, { delayMs: -4700 })).toBe(2);
 });
 
-it("takes the smaller one where pictures stand, though nobody knows how old they are", () => {
+it("chooses the smaller one if pictures freeze, even without known ages", () => {
   after(10, { delayMs: null });
   expect(after(10, { delayMs: null, frozenMs: 300 })).toBe(2);
 });
 
-it("does not mind a single bad second", () => {
+it("ignores a single bad second", () => {
   after(5);
   for (let i = 0; i < 10; i++) {
     expect(after(1, { frozenMs: 900 })).toBeNull();
@@ -50,7 +50,7 @@ it("does not mind a single bad second", () => {
   }
 });
 
-it("tries the better one again after ever longer calm, at most every two seconds", () => {
+it("retries the better one after ever longer calm, and takes two seconds to reject it", () => {
   after(5);
   const calm = [1, 2, 3].map(() => {
     const badS = after(600, { frozenMs: 500 });
@@ -62,7 +62,7 @@ it("tries the better one again after ever longer calm, at most every two seconds
   expect(calm[2]).toBeGreaterThan(calm[1] ?? 0);
 });
 
-it("trusts the better one again once it has lasted", () => {
+it("trusts the better one again after it has lasted", () => {
   const again = () => {
     after(600, { frozenMs: 500 });
     return after(600);
@@ -73,7 +73,7 @@ it("trusts the better one again once it has lasted", () => {
   expect(again()).toBeLessThan(second ?? 0);
 });
 
-it("forgets the delay of another room", () => {
+it("forgets the previous room's delay", () => {
   after(10, { delayMs: 0 });
   choice.forget();
   expect(after(60, { delayMs: 5000 })).toBeNull();

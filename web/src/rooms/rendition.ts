@@ -1,35 +1,35 @@
 const MAKES_KBPS = /at (\S+) kbit\/s$/;
 
-/** A change is not judged before it has had its effect. */
+/** After a change, measurements are ignored for this long. */
 const SETTLES_MS = 2000;
-/** A queue of so much, or pictures that stood for so long in a second: the link is too thin. */
+/** More queueing delay, or more freezing in a second, than this means that the link is too thin. */
 const QUEUE_MS = 250;
 const FROZEN_MS = 200;
-/** So long without either before the better one is tried; after each try in vain twice as long. */
+/** The better picture is tried after this long without; doubled after each failed try. */
 const FIRST_CALM_MS = 5000;
 const MOST_CALM_MS = 120_000;
-/** A better one that lasts so long was not in vain. */
+/** A better picture that lasts this long counts as a success. */
 const PROVEN_MS = 20_000;
-/** The clocks of the robot and of this page may run apart by so much. */
+/** The most by which the robot's clock and this page's drift apart. */
 const DRIFT = 200e-6;
 
-/** What is measured of a picture since the time before. */
+/** How a picture has arrived since the last measurement. */
 export interface Arriving {
-  /** From capture to arrival, by clocks that need not agree; null if unknown. */
+  /** From capture to arrival, by clocks with any offset; null if unknown. */
   delayMs: number | null;
-  /** How long it stood. */
+  /** How long it was frozen. */
   frozenMs: number;
 }
 
-/** The publishers by the rate that their names tell, the best first. */
+/** The publishers sorted by the rate in their names, the best first. */
 export function inQuality(publishers: readonly string[]): string[] {
   const kbps = (name: string) => Number(MAKES_KBPS.exec(name)?.[1] ?? 0);
   return publishers.toSorted((a, b) => kbps(b) - kbps(a) || a.localeCompare(b));
 }
 
 /**
- * Whether this page's link is too thin for the better picture, by how it arrives: pictures that
- * queue arrive later and later, and those that do not fit are missing. Pure.
+ * Whether this page's link is too thin for the better picture, judged by how it arrives: pictures
+ * that queue arrive later and later, and those that do not fit are missing. Pure.
  */
 export class RenditionChoice {
   #isSmall = false;
@@ -43,7 +43,7 @@ export class RenditionChoice {
     return this.#isSmall;
   }
 
-  /** Takes a measurement, one or more a second. */
+  /** Adds a measurement, one or more a second. */
   add(arriving: Arriving, nowMs: number): void {
     if (nowMs - this.#changedMs < SETTLES_MS) return;
     const isBad =
@@ -62,7 +62,7 @@ export class RenditionChoice {
     }
   }
 
-  /** Another room: its delay says nothing of the one before. */
+  /** Forgets the delays of the previous room, which do not apply to the next. */
   forget(): void {
     this.#least = null;
     this.#calmSinceMs = null;
@@ -76,7 +76,7 @@ export class RenditionChoice {
     this.#wasBad = false;
   }
 
-  /** How much later it comes than it could. */
+  /** The queueing delay: how much later it arrives than at best. */
   #queueMs(delayMs: number | null, nowMs: number): number {
     if (delayMs === null) return 0;
     const least = this.#least;

@@ -8,7 +8,7 @@ import { said as inWords, ours, says } from "../words/said";
 import { RoomViewer } from "./roomViewer";
 import type { WatchOptions } from "./watch";
 
-/** Stands where the rooms would: the test says what becomes of them. */
+/** Replaces the LiveKit rooms; the test controls them. */
 const watch = vi.hoisted(() => ({
   options: null as WatchOptions | null,
   hasRoom: false,
@@ -45,9 +45,9 @@ let away: RoomViewer;
 let link: { connect: () => void; close: () => void };
 let shown: string[];
 let said: string[];
-/** What was asked of the queue, and what the server answers; and to a page that renews its seat. */
+/** The queue requests, and the server's answers to them and to a renewal of the seat. */
 let asked: string[];
-/** The name that the queue was last told, and each goodbye: whether it outlives the page. */
+/** The last name sent to the queue, and for each goodbye, whether it survives the page. */
 let named: string | undefined;
 let left: (boolean | undefined)[];
 let answer: () => Response;
@@ -103,7 +103,7 @@ function events() {
   return watch.options.events;
 }
 
-/** The page was sent to a room, which plays. */
+/** The page was sent to a room, which now plays. */
 function play(): void {
   away.sent(sentToRoom());
   watch.hasRoom = true;
@@ -115,7 +115,7 @@ function tell(...lines: ViewerInfo[]): void {
   events().told(told({ ...room({ operator: 2 }), viewers: lines }));
 }
 
-/** The robot's server says something, and the page has looked. */
+/** The robot's server sends a message, and the page has checked once. */
 function hear(): void {
   tell();
   vi.advanceTimersByTime(50);
@@ -126,7 +126,7 @@ const receiver = {
   getSynchronizationSources: () => picture.frames,
 } as unknown as RTCRtpReceiver;
 
-/** The robot's server takes this page: its peer, then its greeting. */
+/** The robot's server accepts this page: first the peer, then the hello. */
 function comeTo(number: number): void {
   picture.frames = [];
   away.linkChanged({ is: "connecting", reason: null });
@@ -135,7 +135,7 @@ function comeTo(number: number): void {
   away.linkChanged({ is: "connected" });
 }
 
-it("says that nothing is heard of the robot's server while the room goes on playing", () => {
+it("reports a silent robot's server while the room plays on", () => {
   play();
   tell();
   vi.advanceTimersByTime(2400);
@@ -146,7 +146,7 @@ it("says that nothing is heard of the robot's server while the room goes on play
   expect(state.link.value).toEqual({ is: "connected" });
 });
 
-it("watches where it is sent, and says that it is connected once a room plays", () => {
+it("watches where it is sent, and is connected once a room plays", () => {
   away.sent(sentToRoom());
   expect(watch.offer.mock.lastCall?.[0]).toEqual([seat("one"), seat("two")]);
   expect(state.link.value).toEqual({ is: "connecting", reason: null });
@@ -157,7 +157,7 @@ it("watches where it is sent, and says that it is connected once a room plays", 
   expect(away.isOnScreen).toBe(true);
 });
 
-it("shows the room as everybody is told of it, with this page among those who watch", () => {
+it("shows the broadcast room state with this page among the observers", () => {
   play();
   tell(viewer(2, { role: "operator" }));
   expect(state.me.value).toMatchObject({ id: 0, role: "observer" });
@@ -165,7 +165,7 @@ it("shows the room as everybody is told of it, with this page among those who wa
   expect(state.watching.value).toBe(1000);
 });
 
-it("gets new tokens before the old ones end, while the room plays on", async () => {
+it("renews its tokens before they expire, while the room plays on", async () => {
   play();
   await vi.advanceTimersByTimeAsync(230_000);
   expect(renewals).toBe(0);
@@ -179,7 +179,7 @@ it("gets new tokens before the old ones end, while the room plays on", async () 
   expect(state.link.value).toEqual({ is: "connected" });
 });
 
-it("gives its seat back when the page is closed, if it has one", () => {
+it("gives back its seat, if any, when the page is closed", () => {
   away.giveUp();
   expect(left).toEqual([]);
   play();
@@ -187,7 +187,7 @@ it("gives its seat back when the page is closed, if it has one", () => {
   expect(left).toEqual([true]);
 });
 
-it("tells the queue its name, if it has one", async () => {
+it("sends its name, if any, to the queue", async () => {
   play();
   tell(viewer(2, { role: "operator" }));
   away.ask("join");
@@ -199,7 +199,7 @@ it("tells the queue its name, if it has one", async () => {
   expect(named).toBe("Eve");
 });
 
-it("does not press a server that has no time for new tokens", async () => {
+it("backs off from a server that is too busy for new tokens", async () => {
   play();
   renewed = () => new Response(JSON.stringify({ error: "Busy." }), { status: 503 });
   await vi.advanceTimersByTimeAsync(250_000);
@@ -211,7 +211,7 @@ it("does not press a server that has no time for new tokens", async () => {
   expect(link.connect).not.toHaveBeenCalled();
 });
 
-it("hears from the robot's server why it may not stay", async () => {
+it("learns from the robot's server why it may not stay", async () => {
   play();
   const said = { error: "The host has sent you away.", ended: true };
   renewed = () => new Response(JSON.stringify(said), { status: 403 });
@@ -219,7 +219,7 @@ it("hears from the robot's server why it may not stay", async () => {
   expect(link.connect).toHaveBeenCalledOnce();
 });
 
-it("lets go of a server that it asked in vain once a room plays again", async () => {
+it("stops asking the server once a room plays again", async () => {
   play();
   away.linkChanged({ is: "connecting", reason: says("The server cannot be reached.") });
   await vi.advanceTimersByTimeAsync(0);
@@ -228,7 +228,7 @@ it("lets go of a server that it asked in vain once a room plays again", async ()
 });
 
 describe("when no room plays", () => {
-  it("says so and asks the robot's server, at first at once, then less often", () => {
+  it("says so and asks the robot's server, first at once, then less often", () => {
     play();
     events().plays(false);
     expect(state.link.value).toEqual({
@@ -246,7 +246,7 @@ describe("when no room plays", () => {
     expect(link.connect).toHaveBeenCalledTimes(2);
   });
 
-  it("says what the robot's server says", () => {
+  it("shows what the robot's server says", () => {
     play();
     events().plays(false);
     events().failed();
@@ -256,7 +256,7 @@ describe("when no room plays", () => {
     expect(link.close).not.toHaveBeenCalled();
   });
 
-  it("uses the rooms again once there are some", () => {
+  it("returns to the rooms once there are some", () => {
     play();
     events().plays(false);
     watch.hasRoom = false;
@@ -266,7 +266,7 @@ describe("when no room plays", () => {
     expect(state.link.value).toEqual({ is: "connecting", reason: null });
   });
 
-  it("shows the pages of others where there are no rooms", () => {
+  it("shows other sites' pages if there are no rooms", () => {
     away.sent(sentToRoom({ rooms: [], links: ["https://watch.example.org"] }));
     expect(state.links.value).toEqual(["https://watch.example.org"]);
     expect(state.link.value).toMatchObject({ is: "waiting", reason: ours("link.full") });
@@ -312,7 +312,7 @@ describe("the queue", () => {
     expect(state.me.value?.role).toBe("observer");
   });
 
-  it("is lost where everybody is told of a queue without this page", async () => {
+  it("place is lost when the broadcast queue lacks this page", async () => {
     play();
     tell();
     away.ask("join");
@@ -328,7 +328,7 @@ describe("the queue", () => {
 describe("for its turn", () => {
   const soon = viewer(7, { role: "queued", place: 1, wait_s: 10 });
 
-  /** It waits, and its turn comes near. */
+  /** The page waits, and its turn comes near. */
   async function near(): Promise<void> {
     play();
     tell(viewer(2, { role: "operator" }));
@@ -338,7 +338,7 @@ describe("for its turn", () => {
     tell(soon);
   }
 
-  it("connects to the robot's server, and keeps the room's picture until there is another", async () => {
+  it("connects to the robot's server, and keeps the room's picture until the next arrives", async () => {
     await near();
     expect(link.connect).toHaveBeenCalledOnce();
     tell(soon);
@@ -354,7 +354,7 @@ describe("for its turn", () => {
     expect(away.ask("here")).toBe(false);
   });
 
-  it("shows the server's picture at the latest when it drives", async () => {
+  it("shows the server's picture by the time it drives", async () => {
     await near();
     comeTo(7);
     state.room.value = room({ operator: 7 });
@@ -362,7 +362,7 @@ describe("for its turn", () => {
     expect(shown).toEqual(["room", "server"]);
   });
 
-  it("stays away where it leaves the queue meanwhile", async () => {
+  it("stays in the room if it leaves the queue meanwhile", async () => {
     await near();
     answer = () => json(viewer(7));
     away.ask("leave");
@@ -370,7 +370,7 @@ describe("for its turn", () => {
     expect(link.close).toHaveBeenCalledOnce();
   });
 
-  /** It drives, and the turn is over. */
+  /** The page drives, and the turn ends. */
   async function driven(then: ViewerInfo): Promise<void> {
     await near();
     comeTo(7);
@@ -382,7 +382,7 @@ describe("for its turn", () => {
     vi.advanceTimersByTime(50);
   }
 
-  it("and goes back after it, once the room's picture is there", async () => {
+  it("returns afterwards, once the room's picture has arrived", async () => {
     await driven(viewer(7));
     expect(watch.resume).toHaveBeenCalledOnce();
     expect(link.close).not.toHaveBeenCalled();
@@ -397,7 +397,7 @@ describe("for its turn", () => {
     expect(renewals, "its tokens have aged meanwhile").toBe(1);
   });
 
-  it("keeps its next place before it goes back", async () => {
+  it("secures its next place before it returns", async () => {
     const again = viewer(7, { role: "queued", place: 2, wait_s: 90 });
     answer = () => json(again);
     await driven(again);
@@ -409,7 +409,7 @@ describe("for its turn", () => {
     expect(state.me.value).toMatchObject({ id: 7, role: "queued" });
   });
 
-  it("stays with the server where the room has ended meanwhile", async () => {
+  it("stays with the server if the room has ended meanwhile", async () => {
     await near();
     comeTo(7);
     picture.frames = [{}];
@@ -422,7 +422,7 @@ describe("for its turn", () => {
   });
 });
 
-it("takes a place at the robot's server when there is one, and leaves the room for good", () => {
+it("moves to the robot's server for good when that has a place", () => {
   play();
   vi.advanceTimersByTime(110_000);
   comeTo(9);

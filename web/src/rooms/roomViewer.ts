@@ -20,7 +20,7 @@ export interface RoomViewerOptions {
   link: Pick<Link, "connect" | "close">;
   client: () => string;
   wants: () => { sound: boolean; picture: boolean };
-  /** Plays these in the place of what played before. */
+  /** Plays these receivers instead of the previous ones. */
   show: (receivers: Receivers) => void;
   enterRoom: (room: RoomState) => void;
   /** Shows a sentence to the user. */
@@ -28,50 +28,50 @@ export interface RoomViewerOptions {
 }
 
 const LOOK_EVERY_MS = 50;
-/** Tokens let a page in for five minutes. */
+/** Tokens are valid for five minutes. */
 const RENEW_MS = 240_000;
-/** After a turn, when nobody knows how old they are. */
+/** The renewal after a turn, when the tokens' age is unknown. */
 const RENEW_SOON_MS = 2000;
-/** The robot's server was busy or away when asked for new ones; the room plays. */
+/** The retry if the robot's server could not renew the tokens; the room plays on. */
 const AGAIN_MS = 15_000;
-/** After so many failures in a row the robot's server is asked so much later. */
+/** The pause before asking the robot's server again, by the number of failures in a row. */
 const RETRY_MS = [0, 1000, 2000, 4000, 8000] as const;
 const LONGEST_RETRY_MS = 10_000;
 const STAY_EVERY_MS = 5000;
-/** What everybody is told of a request may come so much later than its answer. */
+/** The broadcast room state may reflect a request this much later than its answer. */
 const TOLD_LATE_MS = 3000;
-/** The robot's server is heard of each second. */
+/** The robot's server sends a message every second. */
 const SILENT_MS = 2500;
 
 const CONNECTING: LinkState = { is: "connecting", reason: null };
 
-/** Who plays: a room, the robot's server, or nobody yet. */
+/** What plays: a LiveKit room, the robot's server, or nothing yet. */
 type Place = "room" | "server" | null;
 
 /**
- * The page while the robot's server has no place for it: it watches at a room of others, queues by
- * HTTP, comes to the server for its turn and goes back after it. Wherever it goes, what is on the
- * screen stays there until the next picture has come.
+ * The page while the robot's server is full: it watches a LiveKit room, queues by HTTP, connects to
+ * the server for its turn and returns to the room afterwards. At each switch the old picture stays
+ * on the screen until the new one has arrived.
  */
 export class RoomViewer {
   readonly #rendition = new RenditionChoice();
   readonly #watch: Watch;
   readonly #inStep: InStep;
   readonly #clock = new ToldClock();
-  /** The clock of the robot's server that captures are stamped by. */
+  /** The robot's wall clock, by which captures are stamped. */
   readonly #wall = new ServerClock();
   #onScreen: Place = null;
   #link: LinkState = { is: "closed" };
   #roomLink = CONNECTING;
-  /** Of the robot's server, of which a room that plays tells. */
+  /** The silence of the robot's server, whose messages arrive through the room. */
   #silence = new Silence(0);
   #isSilent = false;
-  /** Whether the robot's server has greeted this page, which is its viewer now. */
+  /** Whether this page is now a viewer at the robot's server. */
   #isServed = false;
-  /** Whether that is for its turn. */
+  /** Whether it connects there for its turn. */
   #isVisiting = false;
   #isReturning = false;
-  /** A peer of the server's whose first picture is waited for, and what shows it. */
+  /** The peer to the server whose first picture is awaited, and what shows it. */
   #arriving: { picture: RTCRtpReceiver; show: () => void } | null = null;
   /** This page's number in the queue, null while it has none. */
   #number: number | null = null;
@@ -107,12 +107,12 @@ export class RoomViewer {
     setInterval(() => this.#look(performance.now()), LOOK_EVERY_MS);
   }
 
-  /** Whether what is on the screen comes from a room. */
+  /** Whether the picture on the screen comes from a LiveKit room. */
   get isOnScreen(): boolean {
     return this.#onScreen === "room";
   }
 
-  /** What the picture on the screen comes by; undefined where it comes from no room. */
+  /** The receiver of a LiveKit room's picture on the screen; undefined for none. */
   get picture(): RTCRtpReceiver | undefined {
     return this.#inStep.picture;
   }
@@ -122,9 +122,9 @@ export class RoomViewer {
     return this.#clock.toServerMs(pageMs);
   }
 
-  // --- what the session tells ----------------------------------------------------------------
+  // --- called by the session -----------------------------------------------------------------
 
-  /** The robot's server has no place, or no more; it says who has. */
+  /** Watches the rooms that the robot's server names because it is full. */
   sent(where: Sent): void {
     const { state } = this.options;
     const { sentMs, receivedMs, wall_ms } = where;
@@ -144,7 +144,7 @@ export class RoomViewer {
     this.#tellLink();
   }
 
-  /** The state of the link to the robot's server. */
+  /** Handles the state of the link to the robot's server. */
   linkChanged(link: LinkState): void {
     this.#link = link;
     if (link.is === "connected" && !this.#isServed) {
@@ -164,13 +164,13 @@ export class RoomViewer {
     this.#tellLink();
   }
 
-  /** The server has taken this peer; `show` is called once its picture is there, or has to be. */
+  /** Calls `show` once this accepted peer's picture has arrived, or this page's turn has begun. */
   arrives(picture: RTCRtpReceiver, show: () => void): void {
     this.#arriving = { picture, show };
     this.#arrive();
   }
 
-  /** Asks for something of the queue; returns false where the page is the server's viewer. */
+  /** Sends a queue request by HTTP; returns false if the page is connected to the server. */
   ask(wants: Wants): boolean {
     if (this.#isServed) return false;
     void this.#post(wants).catch((error: unknown) => {
@@ -183,7 +183,7 @@ export class RoomViewer {
     this.#inStep.presented(rtp, atMs);
   }
 
-  /** Ends it all, until the server sends the page here again. */
+  /** Stops watching, until the server sends the page here again. */
   leave(): void {
     clearTimeout(this.#asking);
     this.#watch.leave();
@@ -193,12 +193,12 @@ export class RoomViewer {
     this.#isServed = this.#isVisiting = this.#isReturning = false;
   }
 
-  /** The page is closed, or put away: its seat is for others. */
+  /** Gives the seat to others when the page is closed or goes to the background. */
   giveUp(): void {
     if (this.#watch.hasRoom) postLeave(this.options.client());
   }
 
-  // --- the rooms -----------------------------------------------------------------------------
+  // --- LiveKit rooms -------------------------------------------------------------------------
 
   #look(nowMs: number): void {
     this.#watch.look(nowMs);
@@ -207,12 +207,12 @@ export class RoomViewer {
     this.#return(nowMs);
     this.#listen(nowMs);
     if (this.#number !== null && !this.#isServed && nowMs - this.#askedMs >= STAY_EVERY_MS) {
-      // Whether the place is kept is what everybody is told.
+      // Whether the place is kept shows in the broadcast room state.
       this.#post("stay").catch(() => {});
     }
   }
 
-  /** A room can go on playing when nothing is heard of the robot's queue any more. */
+  /** Notices when the robot's server has fallen silent; the room may play on. */
   #listen(nowMs: number): void {
     this.#silence.look(nowMs);
     const isSilent = this.#silence.quietMs > SILENT_MS;
@@ -248,7 +248,7 @@ export class RoomViewer {
     const pauseMs = RETRY_MS[this.#failures++] ?? LONGEST_RETRY_MS;
     const retryAtMs = performance.now() + pauseMs;
     this.#roomLink = { is: "waiting", retryAtMs, reason: ours("link.full") };
-    // Whoever comes for their turn is on the way already.
+    // A page whose turn is near is connecting already.
     if (!this.#isVisiting) this.#askIn(pauseMs);
     this.#tellLink();
   }
@@ -264,7 +264,7 @@ export class RoomViewer {
     this.#enter(room);
   }
 
-  /** This page's wish for a smaller picture; there are two. */
+  /** Whether the user wants a smaller picture; rooms have two sizes. */
   #wantsSmall(): boolean {
     const { hello, preferences } = this.options.state;
     const place = hello.peek()?.sizes.indexOf(preferences.peek().size) ?? 0;
@@ -294,7 +294,7 @@ export class RoomViewer {
     if (me) this.#visit(room, me);
   }
 
-  // --- to the robot's server, and back -------------------------------------------------------
+  // --- to the robot's server and back --------------------------------------------------------
 
   #visit(room: RoomState, me: ViewerInfo): void {
     const must = mustCome(room, me);
@@ -309,13 +309,13 @@ export class RoomViewer {
     }
   }
 
-  /** Asks for a place here again, or for another room: no room plays. */
+  /** Schedules a connection to the robot's server, for a place or other rooms: no room plays. */
   #askIn(ms: number): void {
     clearTimeout(this.#asking);
     this.#asking = setTimeout(() => this.options.link.connect(), ms);
   }
 
-  /** Asks for fresh tokens, which costs the server next to nothing. */
+  /** Schedules a request for fresh tokens, which costs the server next to nothing. */
   #renewIn(ms: number): void {
     clearTimeout(this.#asking);
     this.#asking = setTimeout(() => void this.#renew(), ms);
@@ -326,11 +326,11 @@ export class RoomViewer {
     if (this.#isServed || this.#isVisiting) return;
     if (!(where instanceof Error)) this.sent(where as Sent);
     else if (where instanceof RequestError && where.ended)
-      this.options.link.connect(); // it says why
+      this.options.link.connect(); // its answer says why
     else this.#renewIn(AGAIN_MS * (1 + Math.random()));
   }
 
-  /** Shows the server's picture once it is there; then the room is not needed, or not now. */
+  /** Shows the server's picture once it has arrived, and rests or leaves the room. */
   #arrive(): void {
     if (!this.#arriving) return;
     const { state, wants } = this.options;
@@ -346,14 +346,14 @@ export class RoomViewer {
     show();
   }
 
-  /** Has the room play again after the turn. */
+  /** Resumes the room after the turn. */
   #return(nowMs: number): void {
     const { state } = this.options;
     const [room, me] = [state.room.peek(), state.me.peek()];
     const isVisitor = this.#isServed && this.#isVisiting && this.#onScreen === "server";
     if (!isVisitor || this.#link.is !== "connected" || !room || !me) return;
     if (!this.#watch.hasRoom) {
-      // It ended meanwhile: the page has a place here, and stays.
+      // The room ended meanwhile: the page has a place at the server, and stays.
       this.#isVisiting = false;
     } else if (!this.#isReturning && mayGo(room, me)) {
       this.#isReturning = true;
@@ -364,7 +364,7 @@ export class RoomViewer {
     }
   }
 
-  /** The room's picture is there: gives the place at the server back. */
+  /** Gives the place at the server back once the room's picture has arrived. */
   #leaveServer(): void {
     const { state, link } = this.options;
     const me = state.me.peek();

@@ -5,7 +5,7 @@ it("knows nothing before the first message", () => {
   expect(new ToldClock().toServerMs(5)).toBeNull();
 });
 
-it("believes the message that took the least time, for twenty seconds", () => {
+it("trusts the fastest message for twenty seconds", () => {
   const clock = new ToldClock();
   for (const [i, tookMs] of [400, 30, 900].entries()) {
     clock.add(5000 + i * 1000, i * 1000 + tookMs);

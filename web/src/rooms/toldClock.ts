@@ -1,9 +1,9 @@
-/** Older messages count no more: the two clocks run apart. */
+/** Older messages no longer count, because the two clocks drift apart. */
 const WINDOW_MS = 20_000;
 
 /**
- * The server's clock for a page that only hears from it: each message says when it was written, and
- * the one that took the least time is nearest. Good enough for a countdown. Pure.
+ * The server's clock for a page that only receives: each message says when it was sent, and the
+ * fastest is the most accurate. Good enough for a countdown. Pure.
  */
 export class ToldClock {
   #told: { atMs: number; offsetMs: number }[] = [];

@@ -36,7 +36,7 @@ it.each([
   expect(mayGo(now, me)).toBe(may);
 });
 
-it("names this page among those who watch, once", () => {
+it("lists this page among the observers, once", () => {
   const mine = withMe(now, 0, "Ada");
   expect(mine.viewers.at(-1)).toEqual(viewer(0, { name: "Ada" }));
   expect(mine.viewers).toHaveLength(3);

@@ -1,26 +1,26 @@
 import type { RoomState, ViewerInfo } from "../messages";
 
-/** The page connects to the robot's server ten seconds before its turn; it is told once a second. */
+/** The page connects to the robot's server 10 s before its turn, by waits sent every second. */
 const CONNECTS_S = 11;
-/** Who has to wait for longer than this need not be there; more than above, against to and fro. */
+/** A page with a longer wait than this disconnects; more than `CONNECTS_S`, as a hysteresis. */
 const LEAVES_S = 20;
 
 /** Whether this viewer's turn is so near that the page must be at the robot's own server. Pure. */
 export function mustCome(room: RoomState, me: ViewerInfo): boolean {
   if (me.role === "operator" || room.call?.viewer === me.id) return true;
   if (me.role !== "queued") return false;
-  // Nobody knows when it begins: then it may begin now.
+  // If the wait is unknown, the turn may begin now.
   if (me.wait_s === null) return me.place === 1;
   return me.wait_s <= CONNECTS_S;
 }
 
-/** Whether a page that came for its turn is not needed there any more. Pure. */
+/** Whether a page that connected for its turn may return to the LiveKit room. Pure. */
 export function mayGo(room: RoomState, me: ViewerInfo): boolean {
   if (mustCome(room, me)) return false;
   return me.role === "observer" || me.wait_s === null || me.wait_s > LEAVES_S;
 }
 
-/** The room as this page shows it; messages to everybody leave out who only watches. Pure. */
+/** The room state with this viewer added: broadcasts leave out those who only watch. Pure. */
 export function withMe(room: RoomState, id: number, name: string): RoomState {
   if (room.viewers.some((one) => one.id === id)) return room;
   const me: ViewerInfo = {

@@ -9,13 +9,13 @@ import { Watch } from "./watch";
 const { FakeRoom, rooms } = vi.hoisted(() => {
   const made: InstanceType<typeof Fake>[] = [];
 
-  /** A stream whose newest frame the test tells. */
+  /** A stream whose newest frame the test sets. */
   class Stream {
     rtp: number | undefined;
     getSynchronizationSources = () => (this.rtp === undefined ? [] : [{ rtpTimestamp: this.rtp }]);
   }
 
-  /** Stands where a room would: what comes of it is told by the test. */
+  /** Replaces a LiveKit room; the test controls it. */
   class Fake {
     pictures = ["best", "small"];
     streams = { best: new Stream(), small: new Stream(), sound: new Stream() };
@@ -88,7 +88,7 @@ function at(i: number) {
   return found;
 }
 
-/** Lets so many ms pass; each stream in `moving` gets a frame every 50 ms. */
+/** Advances time by `ms`; each stream in `moving` gets a frame every 50 ms. */
 function pass(ms: number, ...moving: { rtp: number | undefined }[]): void {
   for (let passed = 0; passed < ms; passed += 50) {
     vi.advanceTimersByTime(50);
@@ -97,7 +97,7 @@ function pass(ms: number, ...moving: { rtp: number | undefined }[]): void {
   }
 }
 
-/** Watches at the first room, whose picture has come. */
+/** Watches the first room, whose picture has arrived. */
 function begin() {
   watch.offer([seat("one"), seat("two")], performance.now());
   const first = at(0);
@@ -106,7 +106,7 @@ function begin() {
   return first;
 }
 
-it("shows a room once its first picture is there, and has one picture sent and the sound", () => {
+it("shows a room once its first picture has arrived, with one picture and the sound subscribed", () => {
   watch.offer([seat("one"), seat("two")], performance.now());
   at(0).isSubscribed = true;
   pass(300);
@@ -118,7 +118,7 @@ it("shows a room once its first picture is there, and has one picture sent and t
   expect(rooms).toHaveLength(1);
 });
 
-it("goes to the second room at once when the first one's signalling breaks", () => {
+it("switches to the second room at once when the first one's signalling breaks", () => {
   const first = begin();
   first.isConnected = false;
   first.events.gone(false);
@@ -130,7 +130,7 @@ it("goes to the second room at once when the first one's signalling breaks", () 
   expect(plays).toEqual([true, false, true]);
 });
 
-it("goes there after half a second without a picture, and keeps the old one until then", () => {
+it("switches after half a second without a picture, and keeps the old one until then", () => {
   const first = begin();
   pass(2000, first.streams.best);
   pass(450);
@@ -144,7 +144,7 @@ it("goes there after half a second without a picture, and keeps the old one unti
   expect(shown).toHaveLength(2);
 });
 
-it("asks the robot's server once both fail, and takes its fresh tokens", () => {
+it("asks the robot's server once both fail, and uses its fresh tokens", () => {
   const first = begin();
   first.isConnected = false;
   first.events.gone(false);
@@ -155,7 +155,7 @@ it("asks the robot's server once both fail, and takes its fresh tokens", () => {
   expect(at(2).seat).toEqual(seat("one"));
 });
 
-it("gives a room up that has no picture after four seconds", () => {
+it("gives up a room without a picture after four seconds", () => {
   watch.offer([seat("one"), seat("two")], performance.now());
   at(0).isSubscribed = true;
   pass(3900);
@@ -165,13 +165,13 @@ it("gives a room up that has no picture after four seconds", () => {
   expect(at(1).seat).toEqual(seat("two"));
 });
 
-it("tries no other room where the page was sent away", () => {
+it("tries no other room if the page was sent away", () => {
   begin().events.gone(true);
   expect(failures).toBe(1);
   expect(rooms).toHaveLength(1);
 });
 
-it("stays where the robot has no picture to send", () => {
+it("stays if the robot has no picture to send", () => {
   begin();
   isExpected = false;
   wants.sound = false;
@@ -179,7 +179,7 @@ it("stays where the robot has no picture to send", () => {
   expect(rooms).toHaveLength(1);
 });
 
-it("hears by the sound whether the room lives where the picture is off", () => {
+it("judges the room by its sound if the picture is off", () => {
   const first = begin();
   wants.picture = false;
   pass(5000, first.streams.sound);
@@ -189,7 +189,7 @@ it("hears by the sound whether the room lives where the picture is off", () => {
   expect(rooms).toHaveLength(2);
 });
 
-it("changes the rendition without leaving, and shows the old picture until the new one is there", () => {
+it("changes the rendition without leaving, and keeps the old picture until the new one arrives", () => {
   const first = begin();
   wants.isSmall = true;
   first.isSubscribed = false;
@@ -203,7 +203,7 @@ it("changes the rendition without leaving, and shows the old picture until the n
   expect(shown.at(-1)?.picture).toBe(first.streams.small);
 });
 
-it("rests without anything sent, and plays again from the same room", () => {
+it("rests without subscriptions, and resumes from the same room", () => {
   const first = begin();
   watch.rest();
   expect(first.watched).toEqual([null, false]);
@@ -218,7 +218,7 @@ it("rests without anything sent, and plays again from the same room", () => {
   expect(first.isLeft).toBe(false);
 });
 
-it("asks nobody when a room ends in which it rests", () => {
+it("stays quiet when a resting room ends", () => {
   const first = begin();
   watch.rest();
   first.isConnected = false;
@@ -227,7 +227,7 @@ it("asks nobody when a room ends in which it rests", () => {
   expect(failures).toBe(0);
 });
 
-it("passes on what the room that plays is told", () => {
+it("passes on messages of the playing room", () => {
   begin().events.told(told(room({})));
   expect(heard).toEqual([told(room({}))]);
 });

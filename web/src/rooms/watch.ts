@@ -5,12 +5,12 @@ import { LiveKitRoom } from "./livekitRoom";
 import type { RenditionChoice } from "./rendition";
 
 export interface WatchEvents {
-  /** A room plays, or plays something else: these are to be shown. */
+  /** Show these receivers: a room has started to play, or plays something else. */
   show(receivers: Receivers): void;
   told(told: Told): void;
-  /** Whether there is a picture, or whatever is wanted; without one another room is tried. */
+  /** Whether the wanted streams arrive; while they do not, another room is tried. */
   plays(isPlaying: boolean): void;
-  /** No other room plays, or this page was sent away: the robot's server has to be asked. */
+  /** No room plays, or this page was sent away: the robot's server must be asked again. */
   failed(): void;
 }
 
@@ -22,9 +22,9 @@ export interface WatchOptions {
   events: WatchEvents;
 }
 
-/** So long a room may take to its first picture; over a slow link it needs a dozen round trips. */
+/** How long a room may take to its first picture; over a slow link it needs a dozen round trips. */
 const OPENS_MS = 4000;
-/** So long another rendition may take to its first picture. */
+/** How long another rendition may take to its first picture. */
 const SWITCHES_MS = 2000;
 
 const NOTHING: Receivers = { sound: null, picture: null };
@@ -35,17 +35,17 @@ interface Tried {
 }
 
 /**
- * Watches at one room, and goes to another when that one fails: the old picture stays on the screen
- * until the new one is there.
+ * Watches one LiveKit room, and switches to another when it fails; the old picture stays on the
+ * screen until the new one has arrived.
  */
 export class Watch {
   readonly #failover = new Failover();
   #room: LiveKitRoom | null = null;
   #next: Tried | null = null;
   #shown = NOTHING;
-  /** The picture that is to come on the screen, and its newest RTP time when it was subscribed. */
+  /** The picture awaited for the screen, and its newest RTP time when it was subscribed. */
   #coming: { receiver: RTCRtpReceiver; rtp: number | undefined } | null = null;
-  /** Whose picture was asked for last, and when. */
+  /** The publisher whose picture was requested last, and when. */
   #target: { name: string | null; sinceMs: number } = { name: null, sinceMs: 0 };
   #newestRtp: number | undefined;
   #isResting = false;
@@ -53,18 +53,18 @@ export class Watch {
 
   constructor(private readonly options: WatchOptions) {}
 
-  /** Whether there is a room, be it one that rests. */
+  /** Whether there is a room, even a resting one. */
   get hasRoom(): boolean {
     return this.#room !== null;
   }
 
-  /** Sets where to watch, or fresh tokens for that; goes there unless a room plays. */
+  /** Sets the rooms to watch, or fresh tokens for them; enters one unless a room plays. */
   offer(seats: Seat[], nowMs: number): void {
     this.#failover.offer(seats);
     if (!this.#room && !this.#next) this.#go(nowMs);
   }
 
-  /** Keeps the room but has nothing sent, until `resume`. */
+  /** Stays in the room but receives nothing until `resume`. */
   rest(): void {
     this.#isResting = true;
     this.#next?.room.leave();
@@ -73,7 +73,7 @@ export class Watch {
     this.#clear();
   }
 
-  /** Has picture and sound sent again; `show` follows, once they are there. */
+  /** Receives picture and sound again; `show` follows once they arrive. */
   resume(nowMs: number): void {
     this.#isResting = false;
     this.#target = { name: null, sinceMs: nowMs };
@@ -88,7 +88,7 @@ export class Watch {
     this.#clear();
   }
 
-  /** To be called several times a second. */
+  /** Checks the rooms; call it several times a second. */
   look(nowMs: number): void {
     if (this.#isResting) return;
     if (this.#next) this.#try(this.#next, nowMs);
@@ -152,7 +152,7 @@ export class Watch {
     }
   }
 
-  /** The room on the screen is no good; its last picture stays there for now. */
+  /** Handles a failure of the room on the screen; its last picture stays for now. */
   #break(room: LiveKitRoom, nowMs: number): void {
     this.#failover.failed(room.seat);
     if (this.#isResting) {
@@ -167,12 +167,12 @@ export class Watch {
   // --- the room on the screen ----------------------------------------------------------------
 
   #follow(room: LiveKitRoom, nowMs: number): void {
-    if (this.#next) return; // it has been given up
+    if (this.#next) return; // this room has been given up
     const picture = this.#choose(room, nowMs);
     const { sound } = room;
     const isOff = !this.options.wants().picture;
     const isOther = picture !== this.#shown.picture;
-    // Until another picture is there the one before stays.
+    // The previous picture stays until the other one has arrived.
     if (isOther && (isOff || this.#hasCome(picture))) {
       this.#show({ sound, picture });
     } else if (sound !== this.#shown.sound) {
@@ -185,7 +185,7 @@ export class Watch {
     if (this.#failover.hasStood(nowMs, moves || mayStand)) this.#break(room, nowMs);
   }
 
-  /** Whether something comes, or need not. */
+  /** Whether new media has arrived since the last call, or none is expected. */
   #moves(): boolean {
     const { wants, isPictureExpected } = this.options;
     const { picture, sound } = wants();
@@ -198,7 +198,7 @@ export class Watch {
     return isNew;
   }
 
-  /** Has the room send what is wanted; returns the picture of it, null while there is none. */
+  /** Subscribes to what is wanted; returns the picture's receiver, null while there is none. */
   #choose(room: LiveKitRoom, nowMs: number): RTCRtpReceiver | null {
     const { sound, picture, isSmall } = this.options.wants();
     const names = room.pictures;
@@ -208,7 +208,7 @@ export class Watch {
     return picture && name !== null ? room.picture(name) : null;
   }
 
-  /** Whether a first frame of this has arrived; receivers are used again, so an old one may be. */
+  /** Whether a new frame has arrived; receivers are reused, so the newest may be an old one. */
   #hasCome(receiver: RTCRtpReceiver | null): boolean {
     if (receiver === null) return false;
     if (this.#coming?.receiver !== receiver) {
@@ -218,7 +218,7 @@ export class Watch {
     return rtp !== undefined && rtp !== this.#coming.rtp;
   }
 
-  /** Nothing of it is on the screen any more. */
+  /** Forgets what is on the screen. */
   #clear(): void {
     this.#shown = NOTHING;
     this.#coming = null;

@@ -93,7 +93,7 @@ beforeEach(() => {
   FakeContext.made = 0;
 });
 
-it("shares the packets until it sounds, then has them alone", async () => {
+it("shares the packets until it plays, then gets them alone", async () => {
   const player = await playing();
   expect(feeds()).toEqual(["both"]);
   expect(player.heard(5000)).toBeNull();
@@ -104,7 +104,7 @@ it("shares the packets until it sounds, then has them alone", async () => {
   expect(feeds()).toEqual(["both", "built-in"]);
 });
 
-it("tells how loud each ear is while it plays", async () => {
+it("reports the level of each ear while it plays", async () => {
   const player = await playing();
   expect(player.levels).toBeNull();
   FakeNode.last.port.says(TOLD);
@@ -113,7 +113,7 @@ it("tells how loud each ear is while it plays", async () => {
   expect(player.levels).toBeNull();
 });
 
-it("tells what is heard when, by the device's own time", async () => {
+it("reports what is heard when, by the device's own time", async () => {
   const player = await playing();
   FakeNode.last.port.says(TOLD);
   const heard = player.heard(5000);
@@ -123,7 +123,7 @@ it("tells what is heard when, by the device's own time", async () => {
   expect([heard?.playedMs, heard?.concealedMs, heard?.stretchedMs]).toEqual([20, 2, 1]);
 });
 
-it("never asks Firefox for its device's latency, which can stop the page for ever", async () => {
+it("never asks Firefox for its device's latency, which can deadlock the page", async () => {
   vi.stubGlobal("navigator", { userAgent: "Gecko/20100101 Firefox/153.0" });
   vi.resetModules();
   const { BuiltInPlayer: InFirefox } = await import("./builtInPlayer");
@@ -154,7 +154,7 @@ it.each([
   expect(FakeContext.made).toBe(2);
 });
 
-it("waits for a call to end, and plays on with the same device", async () => {
+it("waits for a phone call to end, and resumes with the same device", async () => {
   const player = await playing();
   FakeNode.last.port.says(TOLD);
   FakeContext.last.becomes("interrupted");
@@ -188,7 +188,7 @@ it.each([
   expect(events.failed).toHaveBeenCalledOnce();
 });
 
-it("says nothing of a device that rests", async () => {
+it("reports no failure of a resting device", async () => {
   const player = await playing();
   FakeNode.last.port.says(TOLD);
   player.rest();
@@ -198,7 +198,7 @@ it("says nothing of a device that rests", async () => {
   expect(events.resumed).not.toHaveBeenCalled();
 });
 
-it("does not take a page that was busy for a device that has gone", async () => {
+it("does not mistake a busy page for a lost device", async () => {
   await playing();
   FakeNode.last.port.says(TOLD);
   for (let i = 0; i < 20; i++) {
@@ -208,7 +208,7 @@ it("does not take a page that was busy for a device that has gone", async () => 
   expect(events.failed).not.toHaveBeenCalled();
 });
 
-it("says nothing more once it rests", async () => {
+it("reports nothing more once it rests", async () => {
   const player = await playing();
   player.rest();
   FakeNode.last.port.says(TOLD);
@@ -217,7 +217,7 @@ it("says nothing more once it rests", async () => {
   expect(feeds()).toEqual(["both", "browser"]);
 });
 
-it("is not ready if its worker does not load", async () => {
+it("is not ready if its worker fails to load", async () => {
   const player = new BuiltInPlayer(events);
   const ready = player.start();
   FakeWorker.last.onerror?.();
@@ -239,7 +239,7 @@ it("says what a browser lacks", () => {
   expect(of(older)).toMatch(/lacks/);
 });
 
-it("is as loud as wanted, also by a device that it opens later", async () => {
+it("has the wanted volume, also on a device that it opens later", async () => {
   const player = await playing();
   expect(FakeContext.last.gain.connect).not.toHaveBeenCalled();
   player.loudness = 0.25;
@@ -253,7 +253,7 @@ it("is as loud as wanted, also by a device that it opens later", async () => {
   expect(FakeContext.last.gain.gain.value).toBe(1);
 });
 
-it("plays on the chosen device, also once it opens it later", async () => {
+it("plays on the chosen device, also if it is opened later", async () => {
   const player = await playing();
   await player.setOutput("headphones");
   expect(FakeContext.last.setSinkId).toHaveBeenCalledWith("headphones");

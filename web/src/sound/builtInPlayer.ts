@@ -1,18 +1,18 @@
-/** Starts the built-in player and notices its failures; who plays then: `soundPlayback.ts`. */
+/** Starts the built-in player and detects its failures; who plays then: `soundPlayback.ts`. */
 
 import { t } from "../words/words";
 import type { FromWorker, Playing, ToWorker } from "./playerWorker";
 import type { FromWorklet, ToWorklet } from "./worklet";
 import workletUrl from "./worklet.ts?worker&url";
 
-/** What the built-in player is to the page; times on the page's clock. */
+/** What the built-in player plays; times on the page's clock. */
 export interface Heard {
-  /** The sample with this RTP time is heard at `atMs`; null while nothing is, or it is concealed. */
+  /** The sample with this RTP time is heard at `atMs`; null while silent or concealing. */
   rtp: number | null;
   atMs: number;
-  /** How much sound waits in the player. */
+  /** How much sound is buffered in the player. */
   delayMs: number;
-  /** How long after the player it is heard. */
+  /** The delay of the output device. */
   outputMs: number;
   concealedMs: number;
   playedMs: number;
@@ -20,37 +20,37 @@ export interface Heard {
 }
 
 export interface BuiltInPlayerEvents {
-  /** Sound comes out of it. */
+  /** Sound has started to play. */
   plays(): void;
-  /** It plays no more; the sentence says why. The browser's player has the sound already. */
+  /** The player has failed, and why; the browser's player gets the packets already. */
   failed(why: string): void;
-  /** The system has taken its device away, as for a call; and has given it back, for `play`. */
+  /** The system has taken the device away, as for a phone call, or (`resumed`) given it back. */
   silenced(): void;
   resumed(): void;
 }
 
-/** Of browsers that let a page choose the device (Web Audio API 1.1). */
+/** An `AudioContext` whose device the page can choose (Web Audio API 1.1). */
 type Routed = AudioContext & { setSinkId?: (id: string) => Promise<void> };
 
 type TransformConstructor = new (worker: Worker) => unknown;
 
 const SAMPLES_PER_MS = 48;
 const LOOK_EVERY_MS = 50;
-/** After so many looks without a word from the worklet, the device has gone. */
+/** After this many checks without a message from the worklet, the device is gone. */
 const MOST_SILENT_LOOKS = 4;
-/** After a call it may take so much longer. */
+/** How many more checks the device gets after a phone call. */
 const LOOKS_AFTER_CALL = 16;
 
 /**
- * Firefox (153, PulseAudio) at times stops the page for ever when asked for its device's latency, by
+ * Firefox (153, PulseAudio) sometimes deadlocks when asked for its device's latency, by
  * `outputLatency` or `getOutputTimestamp`: the page holds the lock of the audio graph and waits for
  * the device, whose callback waits for that lock.
  */
 const MUST_NOT_ASK = /Firefox\//.test(navigator.userAgent);
-/** What Firefox reports there: it demands a buffer of 25 ms. */
+/** What Firefox reports there, as it requests a buffer of 25 ms. */
 const UNASKED_S = 0.03;
 
-/** What this browser lacks for the built-in player, as a sentence; null if it can. */
+/** What this browser lacks for the built-in player, as a sentence; null for nothing. */
 export function lacking(scope: typeof globalThis = globalThis): string | null {
   if (!scope.isSecureContext) {
     return t("sound.needs_https");
@@ -60,12 +60,12 @@ export function lacking(scope: typeof globalThis = globalThis): string | null {
   return has ? null : t("sound.lacks");
 }
 
-/** Whether the built-in player can play on another device than the browser's own choice. */
+/** Whether the built-in player can play on a device other than the browser's default. */
 export function routes(scope: typeof globalThis = globalThis): boolean {
   return "setSinkId" in (scope.AudioContext?.prototype ?? {});
 }
 
-/** Has the browser keep what plays, before it is needed; resolves, whether or not that succeeds. */
+/** Loads the player's code into the browser's cache; resolves even if that fails. */
 export async function loadAhead(): Promise<void> {
   await fetch(workletUrl)
     .then((answer) => answer.arrayBuffer())
@@ -82,7 +82,7 @@ export class BuiltInPlayer {
   #worker: Worker | null = null;
   #context: AudioContext | null = null;
   #node: AudioWorkletNode | null = null;
-  /** Between the node and the device, once it had to be softer. */
+  /** Between the node and the device, once the volume was lowered. */
   #gain: GainNode | null = null;
   #loudness = 1;
   #output = "";
@@ -93,7 +93,7 @@ export class BuiltInPlayer {
   #silentLooks = 0;
   #isWanted = false;
   #isHeard = false;
-  /** By the system, as for a call (Web Audio API 1.1, `interrupted`). */
+  /** Whether the system has interrupted it (Web Audio API 1.1, `interrupted`), as for a call. */
   #isInterrupted = false;
 
   constructor(private readonly events: BuiltInPlayerEvents) {}
@@ -103,7 +103,7 @@ export class BuiltInPlayer {
     return this.#worker !== null;
   }
 
-  /** Gets ready to watch receivers; resolves to false if that is not possible. */
+  /** Starts the worker that watches receivers; resolves to false if that fails. */
   start(): Promise<boolean> {
     const worker = new Worker(new URL("./playerWorker.ts", import.meta.url), { type: "module" });
     return new Promise((resolve) => {
@@ -123,25 +123,25 @@ export class BuiltInPlayer {
     });
   }
 
-  /** Watches a new peer's sound; to be called only at the moment when its receiver is created. */
+  /** Watches a new peer's sound; call it only when its receiver has just been created. */
   watch(receiver: RTCRtpReceiver): void {
     if (!this.#worker) return;
     const Transform = Reflect.get(globalThis, "RTCRtpScriptTransform") as TransformConstructor;
     Reflect.set(receiver, "transform", new Transform(this.#worker));
   }
 
-  /** The payload type of packets that repeat earlier ones, as negotiated; null for none. */
+  /** Sets the negotiated payload type of redundant packets; null for none. */
   negotiated(redundancy: number | null): void {
     this.#tellWorker({ redundancy });
   }
 
-  /** The least delay of the player's buffer, null for what the link demands. */
+  /** The minimum delay of the player's buffer; null for what the link demands. */
   set leastDelayMs(ms: number | null) {
     this.#leastDelayMs = ms;
     this.#tellWorklet({ leastDelayMs: ms });
   }
 
-  /** As a factor of the amplitude. While that is 0 it plays all the same. */
+  /** A factor of the amplitude; at 0 the player keeps playing. */
   set loudness(loudness: number) {
     this.#loudness = loudness;
     const [context, node] = [this.#context, this.#node];
@@ -154,7 +154,7 @@ export class BuiltInPlayer {
     this.#gain.gain.value = loudness;
   }
 
-  /** Plays on the device with this id, "" for the browser's own choice; rejects if it is gone. */
+  /** Plays on the device with this id, "" for the browser's default; rejects if it is gone. */
   async setOutput(id: string): Promise<void> {
     this.#output = id;
     const context: Routed | null = this.#context;
@@ -162,8 +162,8 @@ export class BuiltInPlayer {
   }
 
   /**
-   * Plays from now on, as soon as there is sound; until then both get the packets. To be called
-   * during a touch, without which some browsers do not let it sound.
+   * Plays as soon as there is sound; until then both players get the packets. Call it during a
+   * touch, without which some browsers stay silent.
    */
   async play(): Promise<void> {
     this.#isWanted = true;
@@ -173,7 +173,7 @@ export class BuiltInPlayer {
         this.#isInterrupted = false;
         this.#watchDevice(-LOOKS_AFTER_CALL);
       }
-      // Without a touch it is not resolved before there is one.
+      // Without a touch, this promise stays pending until there is one.
       void context.resume().catch(() => {});
       this.#building ??= this.#build(context);
       await this.#building;
@@ -183,12 +183,12 @@ export class BuiltInPlayer {
     }
   }
 
-  /** Both players get the packets, so that the browser's has sound when it takes over. */
+  /** Feeds both players, so that the browser's has sound when it takes over. */
   share(): void {
     this.#feed("both");
   }
 
-  /** Gives the sound back to the browser's player. */
+  /** Stops, and feeds only the browser's player. */
   rest(): void {
     this.#isWanted = false;
     this.#isInterrupted = false;
@@ -197,7 +197,7 @@ export class BuiltInPlayer {
     void this.#context?.suspend().catch(() => {});
   }
 
-  /** What is heard now; null while this does not play. */
+  /** What is heard now; null while this player does not play. */
   heard(nowMs: number): Heard | null {
     const [context, newest] = [this.#context, this.#newest];
     if (!context || !newest || !this.#isHeard) return null;
@@ -215,7 +215,7 @@ export class BuiltInPlayer {
     };
   }
 
-  /** How loud it plays in each ear, from 0 to 1; null while this does not play. */
+  /** The level in each ear, from 0 to 1; null while this player does not play. */
   get levels(): readonly number[] | null {
     return (this.#isHeard && this.#newest?.levels) || null;
   }
@@ -241,7 +241,7 @@ export class BuiltInPlayer {
     }
   }
 
-  /** Nothing is heard, and the silence is no failure. */
+  /** Expects silence, so that it does not count as a failure. */
   #hush(): void {
     clearInterval(this.#looking);
     this.#looking = undefined;
@@ -282,7 +282,7 @@ export class BuiltInPlayer {
     this.#looking ??= setInterval(() => this.#look(), LOOK_EVERY_MS);
   }
 
-  /** A device that vanishes says nothing. Looks are counted: a blocked page hears nothing either. */
+  /** A device vanishes without an event. Counts checks: a blocked page gets no messages either. */
   #look(): void {
     if (++this.#silentLooks > MOST_SILENT_LOOKS) this.#fail(t("sound.device_stopped"));
   }
@@ -299,7 +299,7 @@ export class BuiltInPlayer {
     this.#node?.port.postMessage(message, transfer);
   }
 
-  /** The next `play` begins with another device. */
+  /** Reports a failure; the next `play` opens a new context. */
   #fail(why: string): void {
     this.rest();
     void this.#context?.close().catch(() => {});
@@ -311,7 +311,7 @@ export class BuiltInPlayer {
   }
 }
 
-/** When which frame of the context is heard. */
+/** Which time of the context is heard when. */
 function outputTime(context: AudioContext, nowMs: number): AudioTimestamp {
   if (!MUST_NOT_ASK) return context.getOutputTimestamp();
   return { contextTime: context.currentTime - UNASKED_S, performanceTime: nowMs };

@@ -4,7 +4,7 @@ import { DelayTarget } from "./delayTarget";
 const MS = 48;
 const S = 1000 * MS;
 
-/** Adds a packet each 20 ms that is late by `lateMs` of its time; returns the target, in ms. */
+/** Adds a packet every 20 ms that is late by `lateMs` of its time; returns the target in ms. */
 function after(
   seconds: number,
   lateMs: (ms: number) => number,
@@ -14,11 +14,11 @@ function after(
   return target.at(seconds * S) / MS;
 }
 
-it("is just above what all packets take", () => {
+it("is just above the delay of all packets", () => {
   expect(after(10, () => 30)).toBeCloseTo(31.5);
 });
 
-it("covers the latest where they are hardly later than the others", () => {
+it("covers the latest packets if they are hardly later than the others", () => {
   expect(after(10, (ms) => (ms % 4000 === 0 ? 38 : 30))).toBeCloseTo(39.5);
 });
 
@@ -26,19 +26,19 @@ it("does not wait for a few that are much later", () => {
   expect(after(10, (ms) => (ms % 4000 === 0 ? 300 : 30))).toBeCloseTo(41.5);
 });
 
-it("forgets what was long ago", () => {
+it("forgets old packets", () => {
   expect(after(20, (ms) => (ms < 11_000 ? 200 : 30))).toBeCloseTo(31.5);
 });
 
-it("forgets the beginning sooner", () => {
+it("forgets the first packets sooner", () => {
   expect(after(3, (ms) => (ms < 1000 ? 800 : 30))).toBeLessThan(45);
 });
 
-it("waits for nobody longer than half a second", () => {
+it("never exceeds half a second", () => {
   expect(after(10, (ms) => (ms % 1000 < 500 ? 3000 : 30))).toBe(530);
 });
 
-it("knows nothing once it is cleared", () => {
+it("starts over after `clear`", () => {
   const target = new DelayTarget();
   after(10, () => 500, target);
   target.clear();

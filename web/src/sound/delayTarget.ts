@@ -1,27 +1,27 @@
 import { OPUS_HZ } from "./opus";
 
 const MS = OPUS_HZ / 1000;
-/** Longer than the pauses between the stalls of usual links, short enough to forget one's move. */
+/** Longer than the pauses between usual stalls, short enough to forget a change of place. */
 const WINDOW = 8 * OPUS_HZ;
-/** Of the packets that came within the window, so many are in time. */
+/** The share of the packets in the window that must be in time. */
 const QUANTILE = 0.985;
-/** The later ones are waited for, too, where that costs no more than this. */
+/** The later ones are waited for, too, if that adds no more than this. */
 const TAIL = 10 * MS;
-/** By how much the rate lags behind a device whose clock is off (100 ppm), and a little more. */
+/** By how much playing lags behind a device whose clock is off (100 ppm), and a little more. */
 const MARGIN = 1.5 * MS;
-/** So many packets are always known. */
+/** At least this many packets are remembered. */
 const LEAST = 20;
 const REVIEW_EVERY = OPUS_HZ / 10;
-/** No sound waits longer: the thesis's audio media unit. */
+/** The longest wait: the thesis's audio media unit. */
 const MOST = 500 * MS;
 
 /**
- * How long after the fastest packet the sound is to play, so that hardly one comes too late.
+ * How long after the fastest packet the sound should play, so that hardly any packet is late.
  *
- * A packet's delay is when it arrived, by the device's clock, less its RTP time: only differences
- * count (the relative delay of NetEq's histogram). The target is a quantile of the delays in a
- * sliding window, and the rest of them where that is cheap. All in samples. Pure. How fast playing
- * follows a new target: `soundPlayer.ts`.
+ * A packet's delay is its arrival by the device's clock minus its RTP time: only differences matter
+ * (the relative delay of NetEq's histogram). The target is a quantile of the delays in a sliding
+ * window, or all of them where that is cheap. All in samples. Pure. How fast playing follows a new
+ * target: `soundPlayer.ts`.
  */
 export class DelayTarget {
   readonly #delays: number[] = [];
@@ -37,11 +37,11 @@ export class DelayTarget {
     this.#began ??= frame;
     this.#delays.push(delay);
     this.#frames.push(frame);
-    // The first packets know nothing of the link, but a late one moves the target at once.
+    // While few packets are known, each one moves the target at once.
     if (this.#delays.length < 2 * LEAST) this.#reviewed = Number.NEGATIVE_INFINITY;
   }
 
-  /** The delay at which to play, in the same terms; only to be asked once something has come. */
+  /** The delay at which to play, in the terms of `add`; call it only after the first packet. */
   at(frame: number): number {
     if (frame - this.#reviewed >= REVIEW_EVERY) {
       this.#reviewed = frame;
@@ -50,7 +50,7 @@ export class DelayTarget {
     return this.#value;
   }
 
-  /** Forgets everything: the device has stood still, or the sender is another. */
+  /** Forgets everything, because the device has stalled or the sender has changed. */
   clear(): void {
     this.#delays.length = 0;
     this.#frames.length = 0;
@@ -59,10 +59,10 @@ export class DelayTarget {
   }
 
   #review(frame: number): void {
-    // A stream often begins behind a queue that is gone soon.
+    // A stream often starts behind a queue that soon drains.
     const window = Math.min(WINDOW, (frame - (this.#began ?? frame)) / 2);
     let old = 0;
-    // Where nothing comes any more, what came last stays known.
+    // The last packets are remembered even when no more arrive.
     while (old < this.#frames.length - LEAST && (this.#frames[old] ?? 0) < frame - window) old++;
     this.#delays.splice(0, old);
     this.#frames.splice(0, old);

@@ -41,12 +41,12 @@ beforeEach(() => {
   open();
 });
 
-it("begins as loud as it was left", () => {
+it("starts with the stored volume", () => {
   open({ volume: 0.3, muted: true });
   expect([sound.volume, sound.isMuted]).toEqual([0.3, true]);
 });
 
-it("keeps the volume, and is heard by a change of it", () => {
+it("stores the volume, and a change of it unmutes", () => {
   hearing.setMuted(true);
   hearing.setVolume(0.4);
   expect(sound).toMatchObject({ volume: 0.4, isMuted: false });
@@ -55,7 +55,7 @@ it("keeps the volume, and is heard by a change of it", () => {
   expect(sound.volume).toBe(1);
 });
 
-it("mutes and lets hear by the same key, also before Start", () => {
+it("mutes and unmutes by the same key, even before Start", () => {
   hearing.toggleMute();
   expect(start).toHaveBeenCalledOnce();
   expect(sound.isMuted).toBe(false);
@@ -77,14 +77,14 @@ it("plays on the chosen device until that is unplugged, and says so", async () =
   expect(say).toHaveBeenCalledExactlyOnceWith(expect.stringContaining("Headphones"));
 });
 
-it("says that a device is not there at all", async () => {
+it("says if a device does not exist", async () => {
   sound.setOutput.mockResolvedValueOnce(false);
   hearing.setOutput(HEADPHONES);
   await eventually(() => expect(say).toHaveBeenCalledOnce());
   expect(state.output.value).toBeNull();
 });
 
-it("says nothing about a device that is not the chosen one any more", async () => {
+it("says nothing about a device that is no longer chosen", async () => {
   hearing.setOutput(HEADPHONES);
   await Promise.resolve();
   hearing.setOutput(null);

@@ -7,12 +7,12 @@ import { devicesOf, type Output, watchOutput } from "./outputs";
 import type { SoundPlayback } from "./soundPlayback";
 
 export interface HearingActions {
-  /** From 0 to 1; a change is heard at once, also while muted. */
+  /** From 0 to 1; a change also unmutes. */
   setVolume(volume: number): void;
   setMuted(muted: boolean): void;
-  /** Mutes, or lets one hear: also who has not pressed Start yet. */
+  /** Mutes or unmutes; unmuting also starts the sound if Start was never pressed. */
   toggleMute(): void;
-  /** Plays on another device, null for the browser's own choice. */
+  /** Plays on another device; null for the browser's default. */
   setOutput(output: Output | null): void;
 }
 

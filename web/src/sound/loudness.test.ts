@@ -4,12 +4,12 @@ import { LevelMeter, levelOfPower } from "./loudness";
 const block = (amplitude: number, offset = 0) =>
   new Float32Array(128).map((_, at) => offset + (at % 2 ? amplitude : -amplitude));
 
-it("shows loudness in even steps", () => {
+it("is linear in dB", () => {
   expect([levelOfPower(0), levelOfPower(1), levelOfPower(1e-12)]).toEqual([0, 1, 0]);
   expect(levelOfPower(0.01)).toBeCloseTo(2 / 3);
 });
 
-it("measures each ear, since the last look", () => {
+it("measures each ear since the last reading", () => {
   const meter = new LevelMeter();
   meter.add([block(1), block(0.1)]);
   meter.add([block(1), block(0.1)]);
@@ -21,7 +21,7 @@ it("measures each ear, since the last look", () => {
   expect(meter.take()).toEqual([0, 1]);
 });
 
-it("shows a microphone's constant offset as no sound", () => {
+it("ignores a microphone's DC offset", () => {
   const meter = new LevelMeter();
   meter.add([block(0, 0.25), block(0.1, -0.25)]);
   const [left, right] = meter.take();

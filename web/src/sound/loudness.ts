@@ -1,13 +1,13 @@
 /** The quietest level shown, in dB of full scale. */
 const QUIET_DB = -60;
 
-/** A mean square, full scale being 1, in even steps of loudness: 0 at −60 dB, 1 at 0 dB. Pure. */
+/** Maps a mean square (full scale 1) linearly in dB: 0 at −60 dB, 1 at 0 dB. Pure. */
 export function levelOfPower(power: number): number {
   const db = 10 * Math.log10(power + 1e-12);
   return Math.min(1, Math.max(0, 1 - db / QUIET_DB));
 }
 
-/** The loudness of each channel since the last look, around its mean: an offset is no sound. Pure. */
+/** The level of each channel since the last reading, without its DC offset. Pure. */
 export class LevelMeter {
   readonly #sums = [0, 0];
   readonly #squares = [0, 0];

@@ -1,4 +1,4 @@
-/** What an Opus packet says of itself (RFC 6716, 3.1). Pure. */
+/** The duration of an Opus packet, by its header (RFC 6716, 3.1). Pure. */
 
 /** Opus in RTP always counts 48,000 samples a second (RFC 7587, 4.1). */
 export const OPUS_HZ = 48_000;

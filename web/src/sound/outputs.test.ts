@@ -31,14 +31,14 @@ it("lists the outputs that have a name, but not their aliases", async () => {
   ]);
 });
 
-it("takes what the user chooses in the browser's dialog, and a no for a no", async () => {
+it("returns the user's choice in the browser's dialog, or null if dismissed", async () => {
   const devices = new FakeDevices();
   expect(await askForOutput(asDevices(devices))).toEqual({ id: "h", name: "Headphones" });
   devices.selectAudioOutput.mockRejectedValueOnce(new DOMException("no", "NotAllowedError"));
   expect(await askForOutput(asDevices(devices))).toBeNull();
 });
 
-it("notices that the chosen one is unplugged, and that only", async () => {
+it("notices only that the chosen one is unplugged", async () => {
   const devices = new FakeDevices();
   const gone = vi.fn();
   watchOutput(asDevices(devices), "h", gone);
@@ -51,7 +51,7 @@ it("notices that the chosen one is unplugged, and that only", async () => {
   await eventually(() => expect(gone).toHaveBeenCalledOnce());
 });
 
-it("watches no more once another is chosen", async () => {
+it("stops watching once another is chosen", async () => {
   const devices = new FakeDevices();
   const gone = vi.fn();
   watchOutput(asDevices(devices), "h", gone)();

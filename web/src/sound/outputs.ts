@@ -1,4 +1,4 @@
-/** The devices on which the sound can play, as far as the browser tells. */
+/** The devices on which the sound can play, as far as the browser reports them. */
 
 export interface Output {
   id: string;
@@ -15,17 +15,17 @@ export function choosesOutputs(scope: typeof globalThis = globalThis): boolean {
   return "setSinkId" in media && devicesOf(scope) !== null;
 }
 
-/** Whether it asks the user itself (Audio Output Devices API, `selectAudioOutput`). */
+/** Whether the browser asks the user (Audio Output Devices API, `selectAudioOutput`). */
 export function asksForOutput(scope: typeof globalThis = globalThis): boolean {
   return typeof devicesOf(scope)?.selectAudioOutput === "function";
 }
 
-/** Only over HTTPS are there any. */
+/** The browser's media devices; null without HTTPS. */
 export function devicesOf(scope: typeof globalThis = globalThis): Devices | null {
   return (scope.navigator?.mediaDevices as Devices | undefined) ?? null;
 }
 
-/** Those that have a name. Browsers name them once the page may use the microphone, or was told. */
+/** Lists the outputs that the page may name: with microphone permission, or once chosen. */
 export async function listOutputs(devices: Devices): Promise<Output[]> {
   const all = await devices.enumerateDevices();
   return all
@@ -36,7 +36,7 @@ export async function listOutputs(devices: Devices): Promise<Output[]> {
     .map(({ deviceId, label }) => ({ id: deviceId, name: label }));
 }
 
-/** What the user chooses in the browser's own dialog; null if that was dismissed. */
+/** The user's choice in the browser's own dialog; null if that was dismissed. */
 export async function askForOutput(devices: Devices): Promise<Output | null> {
   try {
     const chosen = await devices.selectAudioOutput?.();
@@ -46,7 +46,7 @@ export async function askForOutput(devices: Devices): Promise<Output | null> {
   }
 }
 
-/** Calls `gone` when the device with this id is unplugged; returns a function that ends it. */
+/** Calls `gone` when the device with this id is unplugged; returns what stops watching. */
 export function watchOutput(devices: Devices, id: string, gone: () => void): () => void {
   const watching = new AbortController();
   const look = async () => {

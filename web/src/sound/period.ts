@@ -5,11 +5,11 @@ export const COMPARED = 480;
 const STEP = 4;
 
 /**
- * Returns the length of the period of the sound before `time`, in samples: the shift at which it is
- * most like itself. Pure.
+ * Returns the period of the sound before `time`, in samples: the shift at which it best matches
+ * itself. Pure.
  */
 export function periodBefore(at: (time: number) => number, time: number): number {
-  // Read once: the audio device's thread has no time to ask for each pair.
+  // Read once: the audio thread has no time to call `at` for each pair.
   const read = (COMPARED + LONGEST) / STEP;
   const heard = Float64Array.from({ length: read }, (_, i) => at(time - 1 - i * STEP));
   const compared = heard.subarray(0, COMPARED / STEP);

@@ -1,6 +1,6 @@
 /**
- * Takes the encoded sound of a receiver (W3C, WebRTC Encoded Transform): decodes it for the built-in player
- * (W3C, WebCodecs), or passes it on to the browser's own, or both while they change places.
+ * Takes a receiver's encoded sound (W3C, WebRTC Encoded Transform): decodes it (W3C, WebCodecs) for
+ * the built-in player, passes it to the browser's, or both while they change over.
  */
 
 import { OPUS_HZ } from "./opus";
@@ -10,14 +10,14 @@ import { Sequence } from "./sequence";
 /** Who gets the packets. */
 export type Playing = "browser" | "built-in" | "both";
 
-/** From the page: `worklet` is where decoded sound goes. */
+/** Messages from the page; `worklet` receives the decoded sound. */
 export type ToWorker =
   | { playing: Playing }
   | { redundancy: number | null }
   | { worklet: MessagePort };
-/** To the page. */
+/** Messages to the page. */
 export type FromWorker = "ready" | "silent" | { failed: string };
-/** To the worklet, the left ear first; null when another sender begins. */
+/** Messages to the worklet, the left ear first; null when another sender begins. */
 export type Decoded = { rtp: number; channels: Float32Array[] } | null;
 
 interface EncodedFrame {
@@ -31,23 +31,23 @@ interface Transformer {
   writable: WritableStream<EncodedFrame>;
 }
 
-/** A decoder that returns nothing for so long, although it has something to decode, does not work. */
+/** A decoder that returns nothing for this long, although it has input, does not work. */
 const ANSWERS_WITHIN_MS = 500;
 
 let playing: Playing = "browser";
 /** The payload type of packets that repeat earlier ones (RFC 2198). */
 let redundancy: number | null = null;
 let worklet: MessagePort | null = null;
-/** Of the newest peer that has sent something: only its sound is played. */
+/** The newest peer that has sent something; only its sound is played. */
 let current: Decoding | null = null;
 
 function failed(why: FromWorker): void {
-  // From the next packet on the browser plays.
+  // The browser plays from the next packet on.
   playing = "browser";
   postMessage(why);
 }
 
-/** What the browser says of an error, which is the only one who knows. */
+/** The browser's own text of an error. */
 function saidOf(error: unknown): FromWorker {
   return { failed: error instanceof Error ? error.message : String(error) };
 }
@@ -55,7 +55,7 @@ function saidOf(error: unknown): FromWorker {
 /** Decodes one receiver's sound. */
 class Decoding {
   readonly #sequence = new Sequence();
-  /** Of what the decoder has not returned yet; it returns one sound for each packet, in order. */
+  /** RTP times that the decoder has not returned yet; it returns one sound per packet, in order. */
   readonly #pending: number[] = [];
   #answeredMs = 0;
   #decoder: AudioDecoder | null = null;
@@ -95,7 +95,7 @@ class Decoding {
     try {
       for (const { rtp, data } of blocks) {
         this.#decoder ??= this.#open();
-        // After an outage many come at once: it is its silence that counts, not how many wait.
+        // After an outage many packets come at once: the decoder's silence counts, not the backlog.
         if (this.#pending.length === 0) this.#answeredMs = performance.now();
         this.#pending.push(rtp);
         if (performance.now() - this.#answeredMs > ANSWERS_WITHIN_MS) {
@@ -114,7 +114,7 @@ class Decoding {
       output: (sound) => this.#decoded(sound),
       error: (error) => this.#fail(saidOf(error)),
     });
-    // Each packet has one channel or two, and a decoder of two knows both (RFC 6716, 4.5.1).
+    // Each packet has one channel or two; a stereo decoder handles both (RFC 6716, 4.5.1).
     decoder.configure({ codec: "opus", sampleRate: OPUS_HZ, numberOfChannels: 2 });
     return decoder;
   }
@@ -156,7 +156,7 @@ addEventListener("rtctransform", (event) => {
       if (playing !== "browser") {
         const { rtpTimestamp, payloadType } = frame.getMetadata();
         const rtp = rtpTimestamp ?? frame.timestamp;
-        // A copy: what is passed on below is given away, and a packet may wait for another.
+        // A copy: the frame is transferred below, and a packet may have to wait for an earlier one.
         const data = new Uint8Array(frame.data.slice(0));
         if (rtp !== undefined) {
           const repeats = payloadType !== undefined && payloadType === redundancy;
@@ -169,10 +169,10 @@ addEventListener("rtctransform", (event) => {
   void readable
     .pipeThrough(deciding)
     .pipeTo(writable)
-    // It ends when the page closes the connection, which is no error.
+    // The stream ends when the page closes the connection, which is no error.
     .catch(() => {})
     .finally(() => decoding.close());
 });
 
-// A transform created before this line has run would never get its streams.
+// A transform created before this message would never get its streams.
 postMessage("ready" satisfies FromWorker);

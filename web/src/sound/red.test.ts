@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { splitRed } from "./red";
 
-/** A packet as RFC 2198 has it: earlier blocks, each with its age, then the newest. */
+/** A packet by RFC 2198: earlier blocks, each with its age, then the newest. */
 function red(earlier: [ticks: number, data: number[]][], newest: number[]): Uint8Array {
   const heads = earlier.flatMap(([ticks, { length }]) => [
     0x80 | 111,
@@ -15,7 +15,7 @@ function red(earlier: [ticks: number, data: number[]][], newest: number[]): Uint
 const plain = (blocks: ReturnType<typeof splitRed>) =>
   blocks.map(({ rtp, data }) => [rtp, [...data]]);
 
-it("returns what is repeated and what is new, oldest first", () => {
+it("returns repeated and new packets, oldest first", () => {
   const packet = red(
     [
       [1920, [1, 2]],
@@ -30,7 +30,7 @@ it("returns what is repeated and what is new, oldest first", () => {
   ]);
 });
 
-it("reads ages and lengths of more than a byte, and times that wrap", () => {
+it("reads ages and lengths beyond one byte, and times that wrap", () => {
   const long = Array.from({ length: 1023 }, (_, i) => i & 0xff);
   expect(plain(splitRed(red([[16_383, long]], [9]), 100))).toEqual([
     [2 ** 32 + 100 - 16_383, long],
@@ -38,11 +38,11 @@ it("reads ages and lengths of more than a byte, and times that wrap", () => {
   ]);
 });
 
-it("is a single packet without repetition", () => {
+it("returns a single packet without repetition", () => {
   expect(plain(splitRed(red([], [7]), 5))).toEqual([[5, [7]]]);
 });
 
-it("returns nothing of a packet that is cut off", () => {
+it("returns nothing for a truncated packet", () => {
   const packet = red([[960, [1, 2, 3]]], [4]);
   for (let length = 0; length < packet.length; length++) {
     expect(splitRed(packet.subarray(0, length), 0)).toEqual([]);

@@ -19,7 +19,7 @@ export function splitRed(payload: Uint8Array, rtp: number): Block[] {
     const [, high = 0, middle = 0, low = 0] = head;
     heads.push({ ticks: (high << 6) | (middle >> 2), bytes: ((middle & 0x03) << 8) | low });
   }
-  at += 1; // the newest packet has a header of one byte, and all that is left
+  at += 1; // the newest packet has a one-byte header, and takes the rest of the payload
   const blocks: Block[] = [];
   for (const { ticks, bytes } of heads) {
     const data = payload.subarray(at, at + bytes);

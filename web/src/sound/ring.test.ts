@@ -5,7 +5,7 @@ const SECONDS = 48_000;
 const ramp = (from: number, count: number) =>
   Float32Array.from({ length: count }, (_, i) => from + i);
 
-it("gives back what came, and nothing in place of what did not", () => {
+it("returns what was written, and silence elsewhere", () => {
   const ring = new Ring();
   ring.write(240, ramp(240, 240));
   expect([239, 240, 479, 480].map((time) => ring.at(time, 0))).toEqual([0, 240, 479, 0]);
@@ -17,7 +17,7 @@ it("gives back what came, and nothing in place of what did not", () => {
   expect(ring.end).toBe(480);
 });
 
-it("forgets what is three seconds old", () => {
+it("forgets sound after three seconds", () => {
   const ring = new Ring();
   ring.write(0, ramp(1, 120));
   ring.write(3 * SECONDS, ramp(7, 120));
@@ -33,13 +33,13 @@ it("keeps the ears apart", () => {
   expect([ring.at(250, 0), ring.at(250, 1)]).toEqual([250, 250]);
 });
 
-it("draws a straight line straight", () => {
+it("interpolates a straight line exactly", () => {
   const ring = new Ring();
   ring.write(0, ramp(0, 480));
   expect(ring.between(200.25, 1)).toBeCloseTo(200.25);
 });
 
-it("finds where sound goes on", () => {
+it("finds where the sound continues", () => {
   const ring = new Ring();
   ring.write(0, ramp(0, 120));
   ring.write(480, ramp(480, 120));

@@ -7,7 +7,7 @@ const SIZE = CELL * CELLS;
 /** The left ear and the right. */
 export type Side = 0 | 1;
 
-/** Decoded sound of two ears by its time: reads what has come, and 0 where nothing has. Pure. */
+/** Decoded stereo sound by its time; reads 0 where nothing has arrived. Pure. */
 export class Ring {
   readonly #samples = [new Float32Array(SIZE), new Float32Array(SIZE)] as const;
   /** Which cell of time is in each cell of the ring. */
@@ -15,7 +15,7 @@ export class Ring {
   /** The time after the newest sample. */
   end = 0;
 
-  /** Writes samples from this time on, of one for both ears; both must be multiples of 2.5 ms. */
+  /** Writes samples from `at` on; `at` and their number must be multiples of 2.5 ms. */
   write(at: number, left: Float32Array, right: Float32Array = left): void {
     for (let i = 0; i + CELL <= left.length; i += CELL) {
       const cell = (at + i) / CELL;
@@ -27,7 +27,7 @@ export class Ring {
     this.end = Math.max(this.end, at + left.length);
   }
 
-  /** Whether all samples from one time up to another are there. */
+  /** Whether all samples in this range of time have arrived. */
   has(from: number, to: number): boolean {
     for (let cell = Math.floor(from / CELL); cell * CELL < to; cell++) {
       if (cell < 0 || this.#holds[cell % CELLS] !== cell) return false;
@@ -35,7 +35,7 @@ export class Ring {
     return true;
   }
 
-  /** The first time from this one on of which something is there, else the end. */
+  /** The first time from this one on that has samples, else the end. */
   nextFrom(time: number): number {
     let cell = Math.floor(time / CELL);
     if (this.#holds[cell % CELLS] === cell) return time;
@@ -49,7 +49,7 @@ export class Ring {
     return this.#samples[side][time % SIZE] ?? 0;
   }
 
-  /** The sample between samples, by a curve through four of them (Catmull and Rom). */
+  /** Interpolates between samples, by a Catmull–Rom spline through four of them. */
   between(time: number, side: Side): number {
     const at = Math.floor(time);
     const t = time - at;

@@ -21,26 +21,26 @@ beforeEach(() => {
   sequence = new Sequence();
 });
 
-it("passes on what comes in order", () => {
+it("passes on packets that arrive in order", () => {
   expect([add(0, 1), add(20, 2), add(40, 3)]).toEqual([[1], [2], [3]]);
 });
 
-it("drops what it has passed on, and what is older", () => {
+it("drops duplicates and older packets", () => {
   add(0, 5);
   expect([add(1, 5), add(2, 4), add(3, 4, 5, 6)]).toEqual([[], [], [6]]);
 });
 
-it("fills a hole from a packet that repeats earlier ones", () => {
+it("fills a gap from a packet that repeats earlier ones", () => {
   add(0, 1);
   expect(add(40, 2, 3)).toEqual([2, 3]);
 });
 
-it("waits for one that was overtaken", () => {
+it("waits for an overtaken packet", () => {
   add(0, 1);
   expect([add(20, 3), add(25, 2)]).toEqual([[], [2, 3]]);
 });
 
-it("goes on without one that does not come", () => {
+it("continues without a missing packet", () => {
   add(0, 1);
   add(20, 3);
   expect(sequence.nextDueMs).toBe(40);
@@ -50,24 +50,24 @@ it("goes on without one that does not come", () => {
   expect(sequence.nextDueMs).toBeNull();
 });
 
-it("begins anew with another sender", () => {
+it("restarts for another sender", () => {
   add(0, 1);
   expect(numbers(sequence.add([block(2, 2 ** 31)], 20))).toEqual([2]);
   expect(numbers(sequence.add([block(3, 2 ** 31)], 40))).toEqual([3]);
 });
 
-it("goes past the end of RTP time", () => {
+it("continues across the wrap of RTP time", () => {
   const origin = 2 ** 32 - 960;
   sequence.add([block(0, origin)], 0);
   expect(numbers(sequence.add([block(1, origin)], 20))).toEqual([1]);
 });
 
-it("ignores what is no Opus", () => {
+it("ignores anything but Opus", () => {
   add(0, 1);
   expect(sequence.add([{ rtp: 1920, data: new Uint8Array(0) }], 20)).toEqual([]);
 });
 
-it("passes each on once, in order, whatever the order in which they come", () => {
+it("passes on each packet once and in order, whatever the order of arrival", () => {
   let seed = 1;
   const random = () => {
     seed = (seed * 1_103_515_245 + 12_345) & 0x7fffffff;

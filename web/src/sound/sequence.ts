@@ -1,16 +1,16 @@
-/** In which order packets are decoded, and how long one waits for those before it. Pure. */
+/** In which order packets are decoded, and how long one waits for earlier ones. Pure. */
 
 import { opusTicks } from "./opus";
 import type { Block } from "./red";
 
-/** Where something is missing, what follows waits for so long: it may only have been overtaken. */
+/** How long packets wait for a missing earlier one, which may only have been overtaken. */
 const WAIT_MS = 20;
-/** So far ahead, RTP time has begun anew: the sender has changed. */
+/** A larger jump of RTP time means that the sender has changed. */
 const ANEW_TICKS = 10 * 48_000;
 
 /**
- * Puts packets in order for a decoder, which can only go forward: each one once, and none that is
- * older than what has been decoded. Pure.
+ * Puts packets in order for a decoder, which can only go forward: each once, and none older than
+ * what has been decoded. Pure.
  */
 export class Sequence {
   /** The RTP time after the newest packet that was decoded. */
@@ -30,7 +30,7 @@ export class Sequence {
     return this.due(nowMs);
   }
 
-  /** Returns those that have waited long enough. */
+  /** Returns the packets that are next or have waited long enough. */
   due(nowMs: number): Block[] {
     const ready: Block[] = [];
     for (;;) {
@@ -39,7 +39,7 @@ export class Sequence {
       const isNext = this.#end === null || this.#ahead(first.rtp) === 0;
       if (!isNext && nowMs - first.sinceMs < WAIT_MS) break;
       this.#waiting.shift();
-      // What overlaps with a packet that was decoded after all is not played twice.
+      // Do not play again what overlaps with a packet already decoded.
       if (this.#ahead(first.rtp) < 0) continue;
       this.#end = (first.rtp + opusTicks(first.data)) >>> 0;
       ready.push({ rtp: first.rtp, data: first.data });

@@ -100,7 +100,7 @@ afterEach(() => {
   language.value = ENGLISH;
 });
 
-it("plays by the browser until the built-in player sounds", async () => {
+it("plays by the browser until the built-in player starts", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
@@ -113,7 +113,7 @@ it("plays by the browser until the built-in player sounds", async () => {
   expect(playback.heard(0)).not.toBeNull();
 });
 
-it("tells the level of each ear of ours, and one of the browser's player", async () => {
+it("reports two levels for the built-in player, and one for the browser's", async () => {
   const playback = await made();
   playback.choose("auto", null);
   audioLevel = 0.1;
@@ -128,7 +128,7 @@ it("tells the level of each ear of ours, and one of the browser's player", async
   expect(await playback.levels()).toEqual([0.5, 0.25]);
 });
 
-it("does not let the built-in player begin once the browser's is chosen", async () => {
+it("does not let the built-in player start once the browser's is chosen", async () => {
   const playback = await made();
   playback.choose("built-in", null);
   playback.play();
@@ -145,7 +145,7 @@ it("never starts the built-in player if the browser's is chosen", async () => {
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
 });
 
-it("says why it is the browser's where the built-in player cannot play", async () => {
+it("says why the built-in player cannot play", async () => {
   builtIn.lacks = "over HTTPS it could";
   const playback = await made();
   playback.choose("auto", null);
@@ -154,7 +154,7 @@ it("says why it is the browser's where the built-in player cannot play", async (
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: "over HTTPS it could" });
 });
 
-it("says when a call takes the built-in player's sound, and plays on by it", async () => {
+it("reports when a call pauses the built-in player, and resumes with it", async () => {
   const [silenced, resumed] = [vi.fn(), vi.fn()];
   const playback = await made({ silenced, resumed });
   playback.choose("auto", null);
@@ -169,14 +169,14 @@ it("says when a call takes the built-in player's sound, and plays on by it", asy
   expect(builtIn.play).toHaveBeenCalledOnce();
 });
 
-it("connects again if the built-in player is chosen later", async () => {
+it("reconnects if the built-in player is chosen later", async () => {
   const playback = await made({ isStarted: false });
   playback.choose("built-in", null);
   await vi.advanceTimersByTimeAsync(0);
   expect(reconnect).toHaveBeenCalledOnce();
 });
 
-it("stays with the browser's if the built-in player does not load", async () => {
+it("stays with the browser's if the built-in player fails to load", async () => {
   builtIn.starts = false;
   const playback = await made({ isStarted: false });
   playback.choose("built-in", null);
@@ -188,7 +188,7 @@ it("stays with the browser's if the built-in player does not load", async () => 
   });
 });
 
-it("goes back to the browser's player only once that has sound", async () => {
+it("returns to the browser's player only once that has sound", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
@@ -205,7 +205,7 @@ it("goes back to the browser's player only once that has sound", async () => {
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
 });
 
-it("does not wait for ever for the browser's player", async () => {
+it("does not wait forever for the browser's player", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
@@ -215,7 +215,7 @@ it("does not wait for ever for the browser's player", async () => {
   expect(builtIn.rest).toHaveBeenCalledOnce();
 });
 
-it("is heard at once if the built-in player fails while the browser's player fills", async () => {
+it("unmutes at once if the built-in player fails while the browser's player fills its buffer", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
@@ -230,7 +230,7 @@ it("is heard at once if the built-in player fails while the browser's player fil
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
 });
 
-it("falls back at once when the built-in player fails, and tries it again later", async () => {
+it("falls back at once when the built-in player fails, and retries it later", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
@@ -254,7 +254,7 @@ it("falls back at once when the built-in player fails, and tries it again later"
   expect(builtIn.play).toHaveBeenCalledTimes(2);
 });
 
-it("is silent by both while the sound is off", async () => {
+it("silences both while the sound is off", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
@@ -267,7 +267,7 @@ it("is silent by both while the sound is off", async () => {
   expect(builtIn.play).not.toHaveBeenCalled();
 });
 
-it("plays as loud as wanted by both, and mutes both without ending them", async () => {
+it("sets the volume of both, and mutes both without stopping them", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
@@ -283,7 +283,7 @@ it("plays as loud as wanted by both, and mutes both without ending them", async 
   expect(builtIn.rest).not.toHaveBeenCalled();
 });
 
-it("plays on the chosen device by both, and on the browser's own where that is gone", async () => {
+it("sets the device of both, and falls back to the default if it is gone", async () => {
   const playback = await made();
   expect(await playback.setOutput("headphones")).toBe(true);
   expect(element.setSinkId).toHaveBeenLastCalledWith("headphones");
@@ -294,7 +294,7 @@ it("plays on the chosen device by both, and on the browser's own where that is g
   expect(builtIn.setOutput).toHaveBeenLastCalledWith("");
 });
 
-it("has the browser's player play where ours cannot reach the chosen device", async () => {
+it("uses the browser's player if the built-in one cannot reach the chosen device", async () => {
   builtIn.routes = false;
   const playback = await made();
   playback.choose("auto", null);

@@ -7,10 +7,10 @@ import { t } from "../words/words";
 import { BuiltInPlayer, type Heard, lacking, routes } from "./builtInPlayer";
 import { levelOfPower } from "./loudness";
 
-/** Which player is to play; "auto" is the built-in one where it can. */
+/** Which player should play; "auto" is the built-in one where possible. */
 export type PlayerChoice = Playout["player"];
 
-/** Which player plays the sound; `why` it is not the built-in one, null where it is or nobody wanted it. */
+/** Which player plays, and `why` the built-in one does not; null if it does or was not chosen. */
 export interface SoundPlayerState {
   by: "browser" | "built-in";
   why: string | null;
@@ -18,20 +18,20 @@ export interface SoundPlayerState {
 
 export interface SoundPlaybackEvents extends PlaybackEvents {
   changed(state: SoundPlayerState): void;
-  /** A connection is needed whose sound is watched from its beginning. */
+  /** Connect anew: the sound must be watched from its beginning. */
   reconnect(): void;
 }
 
-/** The browser's player takes over once it has played so much more, and after so long anyway. */
+/** The browser's player takes over once it has buffered this much, or after this time. */
 const FILLED_SAMPLES = 4800;
 const LOOK_EVERY_MS = 20;
 const TAKES_OVER_WITHIN_MS = 1000;
-/** After a failure the built-in player is tried again after so long, and each time after twice as long. */
+/** The pause before the built-in player is retried after a failure; it doubles each time. */
 const AGAIN_AFTER_MS = 5000;
 
 /**
- * Plays the sound by the built-in player or by the browser's, and changes from one to the other without
- * a reload: until the built-in one sounds, and once it fails, the browser's plays.
+ * Plays the sound by the built-in player or the browser's, and switches between them without a
+ * reload: the browser's plays until the built-in one starts, and after it fails.
  */
 export class SoundPlayback {
   readonly #browser: Playback;
@@ -40,14 +40,14 @@ export class SoundPlayback {
   #problem = lacking();
   #choice: PlayerChoice = "browser";
   #isPlaying = false;
-  /** The built-in player was told to play, and does not sound yet. */
+  /** Whether the built-in player is starting and not heard yet. */
   #isBeginning = false;
   #isTakingOver = false;
-  /** The browser's player fills its buffer. */
+  /** Whether the browser's player is muted while it fills its buffer. */
   #isUnheard = false;
   #isDucked = false;
   #isMuted = false;
-  /** As a factor of the amplitude. */
+  /** A factor of the amplitude. */
   #loudness = 1;
   #output = "";
   #receiver: RTCRtpReceiver | null = null;
@@ -64,7 +64,7 @@ export class SoundPlayback {
     });
   }
 
-  /** Gets ready for this choice; where that is not possible the browser's player plays. */
+  /** Prepares for this choice; if that fails, the browser's player plays. */
   async start(choice: PlayerChoice): Promise<void> {
     if (this.#hindrance() !== null || this.#builtIn.isReady || choice === "browser") return;
     if (!(await this.#builtIn.start())) {
@@ -76,19 +76,19 @@ export class SoundPlayback {
     this.#browser.attach(element);
   }
 
-  /** To be called only at the moment when the receiver is created. */
+  /** Watches a receiver; call it only when it has just been created. */
   watch(receiver: RTCRtpReceiver): void {
     this.#builtIn.watch(receiver);
   }
 
-  /** Sets what a new peer's sound comes by, null for none. */
+  /** Sets the receiver of a new peer's sound; null for none. */
   take(receiver: RTCRtpReceiver | null): void {
     this.#receiver = receiver;
     this.#browser.take(receiver?.track ?? null);
     this.#update();
   }
 
-  /** Which player is to play, as soon as the connection says how the sound is packed. */
+  /** Chooses the player; called once the connection's `redundancy` payload type is known. */
   choose(choice: PlayerChoice, redundancy: number | null): void {
     this.#builtIn.negotiated(redundancy);
     if (choice === this.#choice) return;
@@ -101,27 +101,27 @@ export class SoundPlayback {
       );
   }
 
-  /** Plays on, but unheard. */
+  /** Silences the sound while the user speaks; it plays on. */
   set isDucked(isDucked: boolean) {
     this.#isDucked = isDucked;
     this.#setLoudness();
   }
 
-  /** Plays on, but unheard, until the viewer wants it otherwise. */
+  /** Mutes the sound at the user's wish; it plays on. */
   set isMuted(isMuted: boolean) {
     this.#isMuted = isMuted;
     this.#setLoudness();
   }
 
-  /** From 0 to 1, as ears have it: at the half, it is heard as about half as loud. */
+  /** From 0 to 1, perceptual: 0.5 sounds about half as loud. */
   set volume(volume: number) {
     this.#loudness = volume ** 2;
     this.#setLoudness();
   }
 
   /**
-   * Plays on the device with this id, "" for the browser's own choice. Returns false if there is no
-   * such device, and then plays on where the browser would.
+   * Plays on the device with this id, "" for the browser's default. Returns false if there is no
+   * such device, and then plays on the default.
    */
   async setOutput(id: string): Promise<boolean> {
     this.#output = id;
@@ -147,7 +147,7 @@ export class SoundPlayback {
     this.#builtIn.leastDelayMs = ms;
   }
 
-  /** To be called during a touch. */
+  /** Starts the sound; call it during a touch. */
   play(): void {
     this.#isPlaying = true;
     if (this.#state.by === "browser") this.#browser.play();
@@ -162,14 +162,14 @@ export class SoundPlayback {
     this.#tell("browser");
   }
 
-  /** What the built-in player sounds now; null while the browser's plays. */
+  /** What the built-in player plays now; null while the browser's plays. */
   heard(nowMs: number): Heard | null {
     return this.#state.by === "built-in" ? this.#builtIn.heard(nowMs) : null;
   }
 
   /**
-   * How loud the sound is now, from 0 to 1: of each ear, left first, or of both together, which is
-   * all that the browser's player tells. None while nothing plays, or it does not say.
+   * The sound's level now, from 0 to 1: per ear, left first, or of both together, which is all that
+   * the browser's player reports. Empty while nothing plays or the level is unknown.
    */
   async levels(): Promise<readonly number[]> {
     if (!this.#isPlaying) return [];
@@ -194,7 +194,7 @@ export class SoundPlayback {
     this.#tell();
   }
 
-  /** Why the built-in player is not to play. */
+  /** Why the built-in player cannot play now; null if it can. */
   #hindrance(): string | null {
     if (this.#problem !== null) return this.#problem;
     return this.#output !== "" && !routes() ? t("sound.not_routed") : null;
@@ -225,7 +225,7 @@ export class SoundPlayback {
     this.#againMs *= 2;
   }
 
-  /** Has the browser's player fill its buffer unheard, then changes to it at once. */
+  /** Lets the browser's player fill its buffer unheard, then switches to it at once. */
   async #takeOver(): Promise<void> {
     if (this.#isTakingOver) return;
     this.#isTakingOver = true;
@@ -241,7 +241,7 @@ export class SoundPlayback {
     this.#isTakingOver = false;
     this.#isUnheard = false;
     this.#setLoudness();
-    if (this.#state.by === "browser") return; // it failed, or was paused, meanwhile
+    if (this.#state.by === "browser") return; // the built-in player failed or was paused meanwhile
     this.#builtIn.rest();
     this.#tell("browser");
     this.#update();

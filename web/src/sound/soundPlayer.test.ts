@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { type Arrival, simulate } from "../testing/simulate";
 import { SoundPlayer } from "./soundPlayer";
 
-/** Repeatable; from 0 to 1. */
+/** Repeatable random numbers from 0 to 1. */
 function randomOf(seed: number): () => number {
   let state = seed;
   return () => {
@@ -11,7 +11,7 @@ function randomOf(seed: number): () => number {
   };
 }
 
-/** Packets of 20 ms, each on the way for what `delayMs` says; a link never overtakes. */
+/** Packets of 20 ms, each delayed by `delayMs`; a link keeps their order. */
 function trace(seconds: number, delayMs: (sentMs: number) => number | null): Arrival[] {
   const found: Arrival[] = [];
   let lastMs = 0;
@@ -28,7 +28,7 @@ const quantile = (values: number[], share: number) =>
   values.toSorted((a, b) => a - b)[Math.floor((values.length - 1) * share)] ?? Number.NaN;
 
 describe("on a link without jitter", () => {
-  it("plays a packet and little more after it was made", () => {
+  it("plays with hardly more delay than one packet", () => {
     const { agesMs, concealedShare, stretchedShare, droppedShare } = simulate(trace(30, () => 20));
     expect(quantile(agesMs, 0.5)).toBeLessThan(20 + 20 + 10);
     expect([concealedShare, stretchedShare, droppedShare]).toEqual([0, 0, 0]);
@@ -44,14 +44,14 @@ describe("on a link without jitter", () => {
   });
 });
 
-it("waits for what comes late again and again", () => {
+it("waits for packets that are repeatedly late", () => {
   const random = randomOf(1);
   const { agesMs, concealedShare } = simulate(trace(60, () => 20 + 60 * random()));
   expect(concealedShare).toBeLessThan(0.001);
   expect(quantile(agesMs, 0.5)).toBeLessThan(20 + 20 + 60 + 10);
 });
 
-it("makes up what is lost, and keeps its delay", () => {
+it("conceals lost packets, and keeps its delay", () => {
   const random = randomOf(2);
   const { agesMs, concealedShare } = simulate(trace(60, () => (random() < 0.05 ? null : 20)));
   expect(concealedShare).toBeGreaterThan(0.03);
@@ -59,7 +59,7 @@ it("makes up what is lost, and keeps its delay", () => {
   expect(quantile(agesMs, 0.5)).toBeLessThan(50);
 });
 
-it("is as early as before ten seconds after the last stall", () => {
+it("returns to its old delay within ten seconds of the last stall", () => {
   const stall = (sentMs: number) => (sentMs < 20_000 ? Math.max(20, 220 - (sentMs % 2000)) : 20);
   const { agesMs } = simulate(trace(40, stall), { settleMs: 35_000 });
   expect(quantile(agesMs, 0.5)).toBeLessThan(55);
@@ -71,7 +71,7 @@ it("plays live again half a second after an outage", () => {
   expect(quantile(agesMs, 0.5)).toBeLessThan(300);
 });
 
-it("goes on at once on a link that has become much slower", () => {
+it("continues at once on a link that has become much slower", () => {
   const slower = (sentMs: number) => (sentMs < 10_000 ? 20 : 2500);
   const { agesMs, concealedShare } = simulate(trace(16, slower), { settleMs: 12_700 });
   expect(quantile(agesMs, 0.1)).toBeGreaterThan(2500);
@@ -79,7 +79,7 @@ it("goes on at once on a link that has become much slower", () => {
   expect(concealedShare).toBeLessThan(0.01);
 });
 
-describe("whatever comes", () => {
+describe("on any link", () => {
   const anything = (seed: number) => {
     const random = randomOf(seed);
     const [jitterMs, stallMs, lost] = [200 * random(), 1500 * random(), 0.3 * random()];
@@ -93,20 +93,20 @@ describe("whatever comes", () => {
 
   const seeds = Array.from({ length: 10 }, (_, i) => i + 1);
 
-  it.each(seeds)("ends up early, in case %i", (seed) => {
+  it.each(seeds)("ends up with a small delay, in case %i", (seed) => {
     const { agesMs } = simulate(anything(seed), { settleMs: 34_000 });
     expect(agesMs.length).toBeGreaterThan(0);
     expect(quantile(agesMs, 0.9)).toBeLessThan(80);
   });
 
-  it.each(seeds)("goes only forward, in case %i", (seed) => {
+  it.each(seeds)("only moves forward, in case %i", (seed) => {
     const random = randomOf(seed);
     const player = new SoundPlayer();
     const out = new Float32Array(128);
     let lastRtp = 0;
     let isLoud = false;
     let wentBack = false;
-    // Judged once a case: there are 1500 blocks in each.
+    // Checked once per case, since each has 1500 blocks.
     for (let frame = 0; frame < 48_000 * 4; frame += 128) {
       const number = Math.floor(frame / 960 + 6 * (random() - 0.5));
       if (number >= 0 && random() < 0.2) {
@@ -124,7 +124,7 @@ describe("whatever comes", () => {
   });
 });
 
-it("is silent before anything has come, and after everything has been played", () => {
+it("is silent before anything has arrived, and after everything has been played", () => {
   const player = new SoundPlayer();
   const out = new Float32Array(128).fill(1);
   player.render([out], 0);
@@ -135,7 +135,7 @@ it("is silent before anything has come, and after everything has been played", (
   expect(out.every((one) => one === 0)).toBe(true);
 });
 
-/** Plays seconds of packets of one value, that begin at an RTP time. */
+/** Plays seconds of packets with one value, starting at an RTP time. */
 function play(player: SoundPlayer, fromS: number, toS: number, rtp: number, value = 0): number {
   const out = new Float32Array(128);
   const begin = fromS * 48_000;
@@ -149,14 +149,14 @@ function play(player: SoundPlayer, fromS: number, toS: number, rtp: number, valu
   return out[0] ?? Number.NaN;
 }
 
-it("begins anew when the sender does", () => {
+it("restarts when the sender does", () => {
   const player = new SoundPlayer();
   expect(play(player, 0, 1, 0, 0.1)).toBeCloseTo(0.1);
   expect(play(player, 1, 2, 2 ** 31, 0.7)).toBeCloseTo(0.7);
   expect(player.rtp).toBeGreaterThan(2 ** 31);
 });
 
-it("waits for at least as long as it is told to", () => {
+it("keeps the minimum delay that is set", () => {
   const player = new SoundPlayer();
   player.leastDelayMs = 200;
   play(player, 0, 1, 0);
@@ -164,7 +164,7 @@ it("waits for at least as long as it is told to", () => {
   expect(player.aheadMs).toBeLessThan(230);
 });
 
-it("keeps the ears apart, in what is played and in what is concealed", () => {
+it("keeps the ears apart, in played and in concealed sound", () => {
   const player = new SoundPlayer();
   const left = new Float32Array(128);
   const right = new Float32Array(128);

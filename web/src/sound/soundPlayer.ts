@@ -1,97 +1,97 @@
-/** Plays, faster or slower, and conceals what has not come; how late: `delayTarget.ts`. Pure. */
+/** Plays, faster or slower, and conceals missing sound; how late: `delayTarget.ts`. Pure. */
 
 import { DelayTarget } from "./delayTarget";
 import { OPUS_HZ } from "./opus";
 import { COMPARED, LONGEST, periodBefore } from "./period";
 import { Ring, type Side } from "./ring";
 
-/** What was played since the beginning, in samples. */
+/** What was played since the start, in samples. */
 export interface Played {
   played: number;
-  /** What had not come, and was concealed by what came before. */
+  /** Missing sound, concealed by repeating what came before. */
   concealed: number;
-  /** Periods that were played twice, to wait for what is overdue. */
+  /** Periods that were played twice, to wait for overdue sound. */
   stretched: number;
-  /** Periods that were left out, to catch up. */
+  /** Periods that were skipped, to catch up. */
   dropped: number;
 }
 
 const SIDES: readonly Side[] = [0, 1];
 const MS = OPUS_HZ / 1000;
-/** A sample is drawn through so many that follow it. */
+/** How many following samples the interpolation needs. */
 const REACH = 3;
-/** One sound goes over into another within so long. */
+/** The length of a crossfade. */
 const FADE = 5 * MS;
-/** By how much faster or slower it plays at most; nobody hears that. */
+/** The largest change of the playing rate, which is inaudible. */
 const MOST_RATE = 0.005;
-/** For each sample off the target: half a thousandth a millisecond. */
+/** The change of rate per sample off the target: 0.0005 per millisecond. */
 const RATE_PER_SAMPLE = 0.0005 / MS;
-/** So far behind the target whole periods are left out, since the rate alone would take too long. */
+/** Farther behind than this, whole periods are skipped: the rate alone would be too slow. */
 const FAR_BEHIND = 20 * MS;
-/** Between two such periods; less the farther it is behind. */
+/** The pause between two such periods; the farther behind, the shorter. */
 const CUT_EVERY = 100 * MS;
-/** Farther behind than this it goes on from where it ought to be, at the price of a break. */
+/** Farther behind than this, playing jumps to the target, with an audible break. */
 const LOST_BEHIND = 400 * MS;
-/** Overdue sound is waited for, periods being repeated meanwhile; then time goes on without it. */
+/** How long overdue sound is waited for, repeating periods; then playing moves on without it. */
 const MOST_WAIT = 60 * MS;
-/** Of the newest judgement in the mean. */
+/** The newest judgement's share in the moving average. */
 const NEW_SHARE = 1 / 8;
-/** What is concealed is as loud as what was before it for so long, then it fades. */
+/** Concealment keeps its level until `LOUD`, then fades out until `SILENT`. */
 const LOUD = 20 * MS;
 const SILENT = 80 * MS;
-/** After so long without sound, what comes is played, however late it is. */
+/** After this long without sound, whatever arrives is played, however late. */
 const GIVEN_UP = 400 * MS;
-/** Arbitrary: leaves room for what is older than the first packet. */
+/** Arbitrary; leaves room for packets older than the first. */
 const ORIGIN = OPUS_HZ;
-/** Further from the newest sound than this is another sender. */
+/** A packet farther than this from the newest sound is from another sender. */
 const ANEW = 2 * OPUS_HZ;
 
 /**
  * Plays decoded packets, each as late as its link demands and no later.
  *
- * It has one clock, the device's: `frame` counts what the device has taken. `arrive` is called when
- * a packet has been decoded and `render` for each block that the device takes. Nothing is played
- * twice or out of order, other than the periods that `Played` counts. Pure.
+ * Its only clock is the device's: `frame` counts the samples that the device has taken. Call
+ * `arrive` when a packet has been decoded, and `render` for each block that the device takes.
+ * Nothing is played twice or out of order except the periods that `Played` counts. Pure.
  */
 export class SoundPlayer {
   readonly counts: Played = { played: 0, concealed: 0, stretched: 0, dropped: 0 };
   readonly #ring = new Ring();
   readonly #target = new DelayTarget();
   readonly #repeated = [new Float32Array(LONGEST), new Float32Array(LONGEST)] as const;
-  /** Both ears together, by which periods are found that fit both. */
+  /** The sum of both ears, to find periods that fit both. */
   readonly #sum = (time: number) => this.#ring.at(time, 0) + this.#ring.at(time, 1);
-  /** What both ears hear next. */
+  /** The next sample for both ears. */
   readonly #pair = [0, 0] as [left: number, right: number];
   /** The RTP time of the ring's `ORIGIN`. */
   #rtpOrigin: number | null = null;
-  /** What plays next, in the ring's time; null until it begins. */
+  /** The next position, in the ring's time; null until playing starts. */
   #position: number | null = null;
-  /** What fades away, in the ring's time, while `#fading` samples are left of it. */
+  /** The position that is fading out, in the ring's time, with `#fading` samples left. */
   #leaving = 0;
   #fading = 0;
   #isConcealing = false;
   #concealed = 0;
-  /** Where what was concealed began, in the ring's time; nothing after it has been played. */
+  /** Where the concealment began, in the ring's time; nothing after it has been played. */
   #heardEnd = 0;
   #period = 1;
   #waited = 0;
-  /** Where the sound ran out; null once that is judged. */
+  /** Where the sound ran out; null once that has been judged. */
   #dry: number | null = null;
-  /** Of what ran out, how much was late; the rest was lost. */
+  /** The share of recent gaps that were late; the rest were lost. */
   #late = 1;
-  /** How late the block is that plays. */
+  /** How late the current block plays. */
   #behind = 0;
   #cutAt = Number.NEGATIVE_INFINITY;
   #least: number | null = null;
 
-  /** Plays at least so long after a packet of no delay; null for what the link demands. */
+  /** The minimum delay after the fastest packet; null for what the link demands. */
   set leastDelayMs(ms: number | null) {
     this.#least = ms === null ? null : ms * MS;
   }
 
   /**
-   * Takes a packet that has been decoded, `rtp` being the time of its first sample: one channel for
-   * both ears, or the left and the right one.
+   * Adds a decoded packet: one channel for both ears, or the left and the right one. `rtp` is the
+   * time of its first sample.
    */
   arrive(rtp: number, [left, right]: readonly Float32Array[], frame: number): void {
     if (!left) return;
@@ -105,14 +105,14 @@ export class SoundPlayer {
     this.#ring.write(time, left, right);
     this.#judge();
     if (this.#isSilent && time >= this.#heardEnd && time < (this.#position ?? time)) {
-      // The link has become slower than anybody waits: it goes on with what comes now.
+      // The link's delay has grown beyond what is waited for: continue with what arrives now.
       this.#target.clear();
       this.#position = time;
     }
     this.#target.add(frame - time, frame);
   }
 
-  /** Begins anew with what comes next: the device stood still, or another sender begins. */
+  /** Starts over with the next packet, because the device has stalled or the sender has changed. */
   restart(): void {
     this.#ring.clear();
     this.#target.clear();
@@ -125,18 +125,18 @@ export class SoundPlayer {
     this.#late = 1;
   }
 
-  /** The RTP time of the next sample; null while nothing plays, or what plays is concealed. */
+  /** The RTP time of the next sample; null while silent or concealing. */
   get rtp(): number | null {
     if (this.#position === null || this.#rtpOrigin === null || this.#isConcealing) return null;
     return (this.#rtpOrigin + Math.round(this.#position) - ORIGIN) >>> 0;
   }
 
-  /** How much sound is there that has not been played. */
+  /** How much sound is buffered ahead. */
   get aheadMs(): number {
     return this.#position === null ? 0 : Math.max(0, this.#ring.end - this.#position) / MS;
   }
 
-  /** Fills both ears with what the device plays from `frame` on; the left alone where it has one. */
+  /** Fills the channels with what plays from `frame` on; a single channel gets the left ear. */
   render([left, right]: readonly Float32Array[], frame: number): void {
     if (!left) return;
     const due = frame - this.#delay(frame);
@@ -159,7 +159,7 @@ export class SoundPlayer {
     this.counts.played += left.length;
   }
 
-  /** Nothing in time has come for longer than a stall lasts. */
+  /** Whether nothing has arrived in time for longer than a stall lasts. */
   get #isSilent(): boolean {
     return this.#isConcealing && this.#concealed >= GIVEN_UP;
   }
@@ -172,12 +172,12 @@ export class SoundPlayer {
   #begins(due: number): boolean {
     if (due < ORIGIN || !this.#ring.has(due, due + 1)) return false;
     this.#position = due;
-    this.#leaving = -ORIGIN; // out of silence
+    this.#leaving = -ORIGIN; // fade in from silence
     this.#fading = FADE;
     return true;
   }
 
-  /** Finds what both ears hear next, and moves on. */
+  /** Computes the next sample for both ears, and advances. */
   #next(rate: number): void {
     const position = this.#position ?? 0;
     if (this.#ring.has(position, position + REACH)) {
@@ -197,7 +197,7 @@ export class SoundPlayer {
       this.#position = position + rate;
       this.counts.concealed++;
     } else {
-      // Time stands still, so that what comes is played whole.
+      // The position stays, so that the overdue sound is played whole.
       this.#waited++;
       this.counts.stretched++;
     }
@@ -205,7 +205,7 @@ export class SoundPlayer {
     this.#concealed++;
   }
 
-  /** Learns of the sound that ran out, once more has come, whether it was late or lost. */
+  /** Decides, once more sound has arrived, whether the sound that ran out was late or lost. */
   #judge(): void {
     if (this.#dry === null || this.#ring.end <= this.#dry + REACH) return;
     const isLate = this.#ring.has(this.#dry, this.#dry + REACH);
@@ -233,7 +233,7 @@ export class SoundPlayer {
     return gain * (this.#repeated[side][this.#concealed % this.#period] ?? 0);
   }
 
-  /** Leaves out what is missing, rather than make it up, where that only catches up. */
+  /** Skips missing sound instead of concealing it, if playing is behind by at least as much. */
   #skip(position: number): boolean {
     const next = this.#ring.nextFrom(position + REACH);
     const missing = next - position;
@@ -243,14 +243,14 @@ export class SoundPlayer {
     return true;
   }
 
-  /** What was missing has come: what was concealed fades into it. */
+  /** Ends the concealment with a crossfade into the sound that has arrived. */
   #resume(): void {
     this.#isConcealing = false;
     this.#fading = FADE;
     this.#leaving = Number.NaN;
   }
 
-  /** Both ears at this time, while what was before it fades away. */
+  /** Reads both ears at this position, with any crossfade in progress. */
   #draw(position: number, rate: number): void {
     for (const side of SIDES) this.#pair[side] = this.#ring.between(position, side);
     if (this.#fading === 0) return;
@@ -264,7 +264,7 @@ export class SoundPlayer {
     else this.#leaving += rate;
   }
 
-  /** Leaves out one period, if there is enough of the sound. */
+  /** Skips one period, if enough sound is buffered. */
   #cut(frame: number): void {
     const position = this.#position ?? 0;
     const everyFrames = CUT_EVERY * (FAR_BEHIND / this.#behind);

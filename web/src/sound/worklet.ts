@@ -1,18 +1,18 @@
-/** Plays what the worker decodes, on the audio device's own thread (W3C, Web Audio: AudioWorklet). */
+/** Plays what the worker decodes, on the audio thread (W3C, Web Audio: AudioWorklet). */
 
 import { LevelMeter } from "./loudness";
 import { OPUS_HZ } from "./opus";
 import type { Decoded } from "./playerWorker";
 import { type Played, SoundPlayer } from "./soundPlayer";
 
-/** From the page: where the sound comes from, and its least delay. */
+/** Messages from the page: the port that brings the sound, and its minimum delay. */
 export type ToWorklet = { sound: MessagePort } | { leastDelayMs: number | null };
-/** To the page: at `frame` of the context the sample with this RTP time is next. */
+/** Messages to the page: at `frame` of the context the sample with this RTP time is next. */
 export interface FromWorklet extends Played {
   frame: number;
   rtp: number | null;
   aheadMs: number;
-  /** How loud it was since the last word, from 0 to 1, left first. */
+  /** The levels since the last message, from 0 to 1, left first. */
   levels: number[];
 }
 
@@ -24,14 +24,14 @@ declare function registerProcessor(name: string, of: new () => AudioWorkletProce
 
 /** About every 50 ms. */
 const TELL_EVERY_BLOCKS = 19;
-/** The device has stood still if its clock has fallen so far behind the wall's. */
+/** If the device's clock falls this far behind wall time, it has stalled. */
 const STOOD_MS = 100;
 
 class Player extends AudioWorkletProcessor {
   readonly #player = new SoundPlayer();
   readonly #meter = new LevelMeter();
   #blocks = 0;
-  /** The wall's time less the device's, at the least. */
+  /** The smallest offset of wall time from the device's clock. */
   #apartMs = Number.POSITIVE_INFINITY;
 
   constructor() {

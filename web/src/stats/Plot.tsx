@@ -7,9 +7,9 @@ import { clockWords, type Plot as PlotOf, scaleOf, secondsOf, spanOf, valuesOf }
 import { type Summary, summary } from "./summary";
 
 const HEIGHT_PX = 120;
-/** Lines differ by more than their colours. */
+/** Lines differ by dashes, too, not only by colour. */
 const DASHES = [[], [6, 3], [2, 3]];
-/** These change what somebody can do; the others are decisions, of which there are many. */
+/** Marks that change what the user can do; the others are frequent decisions of the server. */
 const STRONG: ReadonlySet<Mark["kind"]> = new Set(["link", "turn", "stop", "robot"]);
 const SMALL_MARK_PX = 6;
 const LOOKS = ["(prefers-color-scheme: dark)", "(forced-colors: active)"];
@@ -20,12 +20,12 @@ interface Props {
   nowMs: number;
 }
 
-/** One plot; its table says the same in figures, and is its legend. */
+/** One plot; its table has the same data in figures, and is its legend. */
 export function Plot({ plot, history, nowMs }: Props) {
   const title = useId();
   const columns = useMemo(
     () => plot.lines.map((line) => valuesOf(history, line)),
-    // `history` changes from within: the time says when.
+    // `history` is mutated in place; `nowMs` tells when.
     [plot, history, nowMs],
   );
   const table = useRef<HTMLTableElement>(null);
@@ -80,7 +80,7 @@ interface CanvasProps extends Props {
   table: { current: HTMLTableElement | null };
 }
 
-/** The picture of it. It takes its colours from the table, so that these follow every theme. */
+/** Draws the plot, with colours read from the table, so that they follow every theme. */
 function Canvas({ plot, history, nowMs, columns, table }: CanvasProps) {
   const box = useRef<HTMLDivElement>(null);
   const chart = useRef<UPlot | null>(null);

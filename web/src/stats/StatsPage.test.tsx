@@ -10,7 +10,7 @@ import { sample } from "../testing/samples";
 import { testSession } from "../testing/session";
 import { StatsPage } from "./StatsPage";
 
-/** This DOM has no canvas to draw on; what is drawn is seen in a browser. */
+/** This DOM has no canvas; the drawing is checked in a browser. */
 const { charts } = vi.hoisted(() => ({ charts: [] as { data: unknown[][]; isGone: boolean }[] }));
 vi.mock("uplot", () => ({
   default: class {
@@ -59,7 +59,7 @@ function row(name: string): string[] {
   return [...(cells ?? [])].map((cell) => cell.textContent ?? "");
 }
 
-it("has a table for each plot that says the same", () => {
+it("has a table with the same data for each plot", () => {
   for (const linkBps of [100_000, 300_000, 200_000]) {
     measure({ linkBps, pictureMs: 80, soundMs: null });
     vi.advanceTimersByTime(1000);
@@ -80,7 +80,7 @@ it("says why it is slow", () => {
   ).toBeTruthy();
 });
 
-it("goes on by itself, and holds still when asked to", () => {
+it("updates by itself, and pauses on request", () => {
   measure({ pictureMs: 50 });
   open();
   vi.advanceTimersByTime(500);
@@ -97,7 +97,7 @@ it("goes on by itself, and holds still when asked to", () => {
   expect(row("picture")).toEqual(["10", "50", "90", "10"]);
 });
 
-it("stands still from the start for who wants less motion", () => {
+it("starts paused for users who want reduced motion", () => {
   vi.stubGlobal("matchMedia", (query: string) => ({
     matches: query.includes("reduced-motion"),
     addEventListener: () => {},
@@ -117,7 +117,7 @@ it("lists what happened, newest first", () => {
   ]);
 });
 
-it("saves a file with the history and without a name", async () => {
+it("saves a file with the history, without names", async () => {
   const saved = vi.spyOn(files, "download").mockImplementation(() => {});
   measure({ pictureMs: 50 });
   open();

@@ -12,12 +12,12 @@ import { Plot } from "./Plot";
 import { PLOTS } from "./plots";
 import { type Why, why } from "./why";
 
-/** As often as the page measures. */
+/** The page measures this often. */
 const DRAW_EVERY_MS = 1000;
 /** More than anybody reads. */
 const MOST_EVENTS = 50;
 
-/** How it plays and why, for who asks: loaded only then. */
+/** How it plays and why; loaded when the user opens it. */
 export function StatsPage() {
   const session = useSession();
   const { history } = session;

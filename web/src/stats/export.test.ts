@@ -34,7 +34,7 @@ it("writes the history with units, ages and its schema's version", () => {
   expect(Object.keys(samples)).toHaveLength(FIELDS.length + 1);
 });
 
-it("can be read back as it was written", () => {
+it("can be read back unchanged", () => {
   const content = exported(new History(), { ...ABOUT, version: null, role: null });
   expect(JSON.parse(JSON.stringify(content))).toEqual(content);
 });

@@ -1,19 +1,19 @@
 /**
- * What somebody can attach to a bug report: how it played here in the last minutes. Pure.
+ * A file to attach to a bug report: how it played here in the last minutes. Pure.
  *
- * The file, schema 1, has units in its keys and neither names, texts of people nor addresses:
+ * The file, schema 1, has units in its keys, and no names, people's texts or addresses:
  *
  * - `schema`, `schema_version`: "wax-stats" and 1; a reader refuses what it does not know.
  * - `made_wall_ms`: when it was made, in ms since 1970.
- * - `server_version`: of the WAX that served the page, null before it said.
+ * - `server_version`: of the WAX that served the page, null before its hello.
  * - `browser`: the `user_agent`.
- * - `role`: of who exported it: operator, queued or observer; null without a connection.
+ * - `role`: of the user who exported it: operator, queued or observer; null without a connection.
  * - `why`: the code of the sentence that the page showed, and its values.
  * - `samples`: columns of one length, oldest first; `age_ms` is before `made_wall_ms`. Null where
  *   nothing was known. `FIELDS` in `history.ts` says what each is.
- * - `marks`: what happened: `age_ms`, `kind`, and `text` as the page said it.
+ * - `marks`: what happened: `age_ms`, `kind`, and `text` as the page showed it.
  *
- * A new key keeps the version; another meaning or a key that goes raises it.
+ * A new key keeps the version; a changed meaning or a removed key raises it.
  */
 
 import type { ViewerInfo } from "../messages";

@@ -2,7 +2,7 @@ import { expect, it } from "vitest";
 import { sample } from "../testing/samples";
 import { History, MOST_MARKS, MOST_SAMPLES } from "./history";
 
-it("gives back what was kept, oldest first, and null where nothing was known", () => {
+it("returns what was added, oldest first, and null for unknown values", () => {
   const history = new History();
   expect(history.newestMs).toBeNull();
   history.add(sample(1000, { pictureMs: 40, skewMs: -3 }));
@@ -15,7 +15,7 @@ it("gives back what was kept, oldest first, and null where nothing was known", (
   expect(history.since("pictureMs", 1001)).toEqual([]);
 });
 
-it("keeps the newest only, however long the page is open", () => {
+it("keeps only the newest samples, however long the page is open", () => {
   const history = new History();
   for (let i = 0; i < 3 * MOST_SAMPLES + 7; i++) history.add(sample(i * 1000, { soundMs: i }));
   expect(history.length).toBe(MOST_SAMPLES);
@@ -26,13 +26,13 @@ it("keeps the newest only, however long the page is open", () => {
   expect(history.times().at(-1)).toBe((3 * MOST_SAMPLES + 6) * 1000);
 });
 
-it("takes no more than four samples a second", () => {
+it("accepts at most four samples a second", () => {
   const history = new History();
   const taken = Array.from({ length: 100 }, (_, i) => history.add(sample(i * 50)));
   expect(taken.filter(Boolean)).toHaveLength(20);
 });
 
-it("keeps the newest marks only", () => {
+it("keeps only the newest marks", () => {
   const history = new History();
   for (let i = 0; i < MOST_MARKS + 5; i++) history.mark({ atMs: i, kind: "sent", text: `${i}` });
   expect(history.marks).toHaveLength(MOST_MARKS);

@@ -1,6 +1,6 @@
-/** What was measured and what happened in the last minutes, in a memory that does not grow. Pure. */
+/** What was measured and what happened in the last minutes, in bounded memory. Pure. */
 
-/** What each sample holds beside its time; null where it was not known. */
+/** What each sample holds besides its time; null where unknown. */
 export const FIELDS = [
   "pictureMs",
   "soundMs",
@@ -22,21 +22,21 @@ export const FIELDS = [
 export type Field = (typeof FIELDS)[number];
 
 /**
- * One moment, on the page's clock. `heldMs` is the least time that a picture waits here for the
- * sound, `widthPx` the width of the pictures sent (0 for none) and `askedPx` of those asked for;
- * `sentHz`, `arrivedHz` and `shownHz` count the pictures that the server sends, that arrive, and
- * that the browser presents.
+ * One moment, on the page's clock. `heldMs` is the minimum time that a picture waits for the sound,
+ * `widthPx` the width of the pictures sent (0 for none) and `askedPx` of those requested; `sentHz`,
+ * `arrivedHz` and `shownHz` count the pictures that the server sends, that arrive, and that the
+ * browser presents.
  */
 export type Sample = { atMs: number } & Record<Field, number | null>;
 
-/** What somebody did or the server decided; the sentence names nobody. */
+/** Something that a person did or the server decided; the sentence names nobody. */
 export interface Mark {
   atMs: number;
   kind: "link" | "turn" | "stop" | "robot" | "policy" | "sent" | "player";
   text: string;
 }
 
-/** Ten minutes at the page's one sample a second; two and a half at the most that it takes. */
+/** Ten minutes at the usual one sample a second; two and a half at the highest rate accepted. */
 export const MOST_SAMPLES = 600;
 export const MOST_MARKS = 200;
 const LEAST_GAP_MS = 250;
@@ -61,7 +61,7 @@ export class History {
     return this.#marks;
   }
 
-  /** Keeps a sample; returns false for one that comes too soon after the last. */
+  /** Adds a sample; returns false if it comes too soon after the last. */
   add(sample: Sample): boolean {
     if (sample.atMs - (this.newestMs ?? Number.NEGATIVE_INFINITY) < LEAST_GAP_MS) return false;
     const slot = this.#added++ % MOST_SAMPLES;

@@ -3,7 +3,7 @@ import { sample } from "../testing/samples";
 import { History } from "./history";
 import { clockWords, PLOTS, scaleOf, secondsOf, spanOf, valuesOf } from "./plots";
 
-it("plots bit rates in kbit/s, and holes as holes", () => {
+it("plots bit rates in kbit/s, and gaps as gaps", () => {
   const history = new History();
   history.add(sample(1000, { linkBps: 180_000 }));
   history.add(sample(2000));
@@ -12,13 +12,13 @@ it("plots bit rates in kbit/s, and holes as holes", () => {
   expect(secondsOf(history, 4000)).toEqual([-3, -2]);
 });
 
-it("shows a minute at least, and all of the past", () => {
+it("shows the whole past, at least a minute", () => {
   expect(spanOf([])).toEqual([-60, 0]);
   expect(spanOf([-4, -1])).toEqual([-60, 0]);
   expect(spanOf([-400, -1])).toEqual([-400, 0]);
 });
 
-it("does not have a small change look like a large one", () => {
+it("does not make a small change look large", () => {
   expect(scaleOf(2, 3, false)).toEqual([0, 10]);
   expect(scaleOf(20, 100, false)[0]).toBe(0);
   expect(scaleOf(20, 100, false)[1]).toBeCloseTo(110);

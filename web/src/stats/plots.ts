@@ -6,7 +6,7 @@ import type { Field, History } from "./history";
 export interface Line {
   name: Code;
   field: Field;
-  /** The value is divided by this: bit/s are shown as kbit/s. */
+  /** The value is divided by this, as to show bit/s as kbit/s. */
   per?: number;
 }
 
@@ -14,7 +14,7 @@ export interface Plot {
   title: Code;
   unit: Code;
   lines: readonly Line[];
-  /** Values below zero mean something. */
+  /** Whether values can be negative. */
   isSigned?: boolean;
 }
 
@@ -86,12 +86,12 @@ export function secondsOf(history: History, nowMs: number): number[] {
 
 const LEAST_SPAN_S = 60;
 
-/** From where to where the time runs: the whole past, and a minute at least. */
+/** The span of the time axis: the whole past, at least a minute. */
 export function spanOf(seconds: readonly number[]): [number, number] {
   return [Math.min(-LEAST_SPAN_S, seconds[0] ?? 0), 0];
 }
 
-/** A scale from zero to a little above the most, so that a small change does not look large. */
+/** A scale from zero to a little above the maximum, so that a small change does not look large. */
 export function scaleOf(least: number, most: number, isSigned: boolean): [number, number] {
   const top = Math.max(10, most * 1.1);
   return [isSigned ? Math.min(-10, least * 1.1) : 0, top];

@@ -23,7 +23,7 @@ function measure(more: Partial<Facts> = {}): void {
 
 const marks = () => history.marks.map((one) => `${one.kind}: ${one.text}`);
 
-it("keeps each measurement with what was served then", () => {
+it("records each measurement with what was served then", () => {
   expect(history.length).toBe(0);
   state.served.value = served({ rendition: "320x240 at 100 kbit/s", link_bps: 200_000 });
   state.playout.value = playout({ picture_target_ms: 60 });
@@ -39,7 +39,7 @@ it("keeps each measurement with what was served then", () => {
   expect(history.column("shownHz")).toEqual([14, 14]);
 });
 
-it("knows a picture that is not sent from one of which nothing is known", () => {
+it("distinguishes a picture that is not sent from an unknown one", () => {
   measure();
   nowMs = 2000;
   state.served.value = served({ rendition: null });
@@ -50,7 +50,7 @@ it("knows a picture that is not sent from one of which nothing is known", () => 
   expect(history.column("askedPx")).toEqual([640, 0]);
 });
 
-it("marks what happens, once each, and nothing before it happens", () => {
+it("marks each event once, and nothing before it happens", () => {
   expect(marks()).toEqual([]);
   state.link.value = { is: "connected" };
   state.room.value = room({
@@ -81,7 +81,7 @@ it("marks what happens, once each, and nothing before it happens", () => {
   ]);
 });
 
-it("keeps nobody's name", () => {
+it("records nobody's name", () => {
   const present = room({
     stop: pressedBy("Ada from elsewhere", { number: 2 }),
   });

@@ -1,4 +1,4 @@
-/** Keeps the history from the moment the page opens, so that there is a past once somebody asks. */
+/** Records the history from the moment the page opens, so that there is a past to show later. */
 
 import { effect } from "@preact/signals";
 import type { LinkState } from "../link/link";
@@ -9,7 +9,7 @@ import { said } from "../words/said";
 import { type Code, t } from "../words/words";
 import { History, type Mark, type Sample } from "./history";
 
-/** Begins to keep what the page measures and is told; costs a few numbers a second. */
+/** Starts to record what the page measures and receives; costs a few numbers a second. */
 export function recordHistory(
   state: State,
   nowMs: () => number = () => performance.now(),
@@ -57,7 +57,7 @@ export function recordHistory(
   return history;
 }
 
-/** Calls `tell` with each new value, but not with the first. */
+/** Calls `tell` on each change, but not with the first value. */
 function onChange<T>(value: () => T, tell: (value: T) => void): void {
   let isFirst = true;
   let before: T | undefined;
@@ -90,14 +90,14 @@ const PLAYER = {
   browser: "stats.player.browser",
 } as const satisfies Record<SoundPlayerState["by"], Code>;
 
-/** Whose turn it is, and which, without a name. */
+/** Which turn it is and whether it is this page's, without a name. */
 function turnOf({ room, drivingTurn }: State): string {
   const turn = room.value?.turn;
   if (drivingTurn.value !== null) return `mine ${drivingTurn.value}`;
   return turn?.operator == null ? "nobody" : `another ${turn.number}`;
 }
 
-/** The sentence without the names of those who are here: the history goes into bug reports. */
+/** The sentence without viewers' names, because the history goes into bug reports. */
 export function unnamed(sentence: string, { room }: State): string {
   const { viewers = [], stop } = room.peek() ?? {};
   const names = [...viewers.map((one) => one.name), ...(stop ? [said(stop.by)] : [])];

@@ -1,4 +1,4 @@
-/** A line of a plot in figures, for who does not see it. Pure. */
+/** A plot's line in figures, for users who cannot see it. Pure. */
 
 export interface Summary {
   least: number;
@@ -7,7 +7,7 @@ export interface Summary {
   newest: number;
 }
 
-/** Null where nothing is known. */
+/** Summarises the known values; null if there are none. */
 export function summary(values: readonly (number | null)[]): Summary | null {
   const known = values.filter((value) => value !== null);
   const sorted = known.toSorted((a, b) => a - b);
@@ -16,7 +16,7 @@ export function summary(values: readonly (number | null)[]): Summary | null {
   return { least, median: median(sorted) ?? least, most, newest };
 }
 
-/** The middle one, or the mean of both; null for none. */
+/** The middle value, or the mean of the two; null for none. */
 export function median(values: readonly number[]): number | null {
   const sorted = values.toSorted((a, b) => a - b);
   const [low, high] = [

@@ -31,14 +31,14 @@ const FINE = {
   shownHz: 29,
 };
 
-/** What it says about ten seconds like this one. */
+/** The answer for ten seconds of this sample. */
 function about(more: Partial<Sample> = {}, now: Partial<Now> = {}) {
   const history = new History();
   for (let i = 10; i > 0; i--) history.add(sample(60_000 - i * 1000, { ...FINE, ...more }));
   return why(history, { ...NOW, ...now });
 }
 
-it("says that nothing is slow where nothing is", () => {
+it("says that nothing is slow if nothing is", () => {
   expect(about()).toEqual({ code: "stats.why.nothing", values: {} });
 });
 
@@ -68,27 +68,27 @@ it.each<[string, Partial<Sample>, Partial<Now>, object]>([
   expect(about(more, now)).toEqual({ code: `stats.why.${name}`, values });
 });
 
-it("gives the cause before what follows from it", () => {
+it("names the cause rather than its consequence", () => {
   const thin = { widthPx: 160, linkBps: 60_000, queueMs: 400, jitterMs: 60, shownHz: 3 };
   expect(about(thin).code).toBe("stats.why.queue");
   expect(about({ ...thin, queueMs: 0 }).code).toBe("stats.why.small");
   expect(about(thin, { isConnected: false }).code).toBe("stats.why.unconnected");
 });
 
-it("takes no picture that nobody wants for a slow one", () => {
+it("does not call an unwanted picture slow", () => {
   const off = { widthPx: 0, askedPx: 0, sentHz: 0, arrivedHz: null, shownHz: null };
   const wishes = { wantsPicture: false };
   expect(about({ ...off, pictureMs: null }, wishes).code).toBe("stats.why.nothing");
 });
 
-it("is not moved by a single bad moment", () => {
+it("ignores a single bad moment", () => {
   const history = new History();
   for (let i = 10; i > 1; i--) history.add(sample(60_000 - i * 1000, FINE));
   history.add(sample(59_000, { ...FINE, queueMs: 2000, shownHz: 0 }));
   expect(why(history, NOW).code).toBe("stats.why.nothing");
 });
 
-it("claims nothing about figures that this browser does not give", () => {
+it("claims nothing about figures that this browser does not report", () => {
   const history = new History();
   history.add(sample(59_000));
   expect(why(history, NOW).code).toBe("stats.why.nothing");

@@ -1,23 +1,22 @@
 /**
  * Why it is slow, in one sentence. Pure.
  *
- * The rules stand in the order in which they explain: what an earlier one says would make a later
- * one's figures meaningless. Each looks at the medians of the last seconds, so that a single bad
- * moment is no reason.
+ * The first rule that applies gives the answer: its cause would make the figures of later rules
+ * meaningless. Each uses medians over the last seconds, so that a single bad moment does not count.
  */
 
 import type { Code, Values } from "../words/words";
 import type { Field, History } from "./history";
 import { median } from "./summary";
 
-/** What the figures alone do not say. */
+/** What the figures alone do not show. */
 export interface Now {
   nowMs: number;
   isConnected: boolean;
   isHidden: boolean;
   isBlanked: boolean;
   wantsPicture: boolean;
-  /** Why the robot stands, or is slower than commanded. */
+  /** Why the robot does not move, or moves more slowly than commanded. */
   driveReason: string | null;
 }
 
@@ -35,14 +34,14 @@ interface Seen extends Now {
 type Rule = (seen: Seen) => Why | null;
 
 const WINDOW_MS = 10_000;
-/** Without a new sample for so long, nothing arrives. */
+/** Without a new sample for this long, nothing arrives. */
 const QUIET_MS = 5000;
 const QUEUE_MS = 100;
-/** Fewer than this share of the pictures is few. */
+/** A share of the pictures below this is few. */
 const FEW = 0.7;
 /** A picture younger than this is not slow. */
 const OLD_MS = 150;
-/** So much of a delay is its reason. */
+/** A part of the delay counts as its reason from this share on. */
 const MOST_OF_IT = 0.5;
 const UNEVEN_MS = 15;
 const LOW_HZ = 12;
@@ -101,14 +100,14 @@ function robot({ driveReason }: Seen): Why | null {
   return driveReason === null ? null : { code: "stats.why.robot", values: { reason: driveReason } };
 }
 
-/** The link carries the sound only. */
+/** The link is too thin for any picture. */
 function pictureless({ of, wantsPicture }: Seen): Why | null {
   const linkBps = of("linkBps");
   if (!wantsPicture || of("widthPx") !== 0 || linkBps === null) return null;
   return { code: "stats.why.pictureless", values: { kbps: kilo(linkBps) } };
 }
 
-/** Something else fills the link: our packets wait behind it. */
+/** Other traffic fills the link, and our packets wait behind it. */
 function queue({ of }: Seen): Why | null {
   const queueMs = of("queueMs") ?? 0;
   return queueMs < QUEUE_MS
@@ -123,7 +122,7 @@ function small({ of, wantsPicture }: Seen): Why | null {
   return { code: "stats.why.small", values: { kbps: kilo(linkBps), px: widthPx } };
 }
 
-/** Of layered pictures the link carries only every other one. */
+/** The link carries only every other picture, by temporal layers. */
 function starved({ of }: Seen): Why | null {
   const [sentHz, linkBps, usedBps] = [of("sentHz"), of("linkBps"), of("usedBps")];
   if (sentHz === null || sentHz === 0 || linkBps === null || usedBps === null) return null;
@@ -132,7 +131,7 @@ function starved({ of }: Seen): Why | null {
   return { code: "stats.why.starved", values: { kbps: kilo(linkBps), hz: Math.round(sentHz) } };
 }
 
-/** They arrive, and the browser does not show them. */
+/** Pictures arrive, but the browser does not show them. */
 function browser({ of }: Seen): Why | null {
   const [arrivedHz, shownHz] = [of("arrivedHz"), of("shownHz")];
   if (arrivedHz === null || shownHz === null || shownHz >= FEW * arrivedHz) return null;
@@ -140,7 +139,7 @@ function browser({ of }: Seen): Why | null {
   return { code: "stats.why.browser", values };
 }
 
-/** They are sent, and do not arrive. */
+/** Pictures are sent, but do not arrive. */
 function lossy({ of }: Seen): Why | null {
   const [sentHz, arrivedHz] = [of("sentHz"), of("arrivedHz")];
   if (sentHz === null || arrivedHz === null || arrivedHz >= FEW * sentHz) return null;
@@ -154,7 +153,7 @@ function slowCamera({ of, wantsPicture }: Seen): Why | null {
   return { code: "stats.why.slow_camera", values: { hz: Math.round(sentHz) } };
 }
 
-/** Half of the way there and back is the least that anything takes. */
+/** Half the round trip is the least that anything takes. */
 function distance({ of }: Seen): Why | null {
   const [ageMs, roundTripMs] = [ageOf(of), of("roundTripMs")];
   if (ageMs === null || roundTripMs === null || ageMs < OLD_MS) return null;
@@ -172,7 +171,7 @@ function uneven({ of }: Seen): Why | null {
   return { code: "stats.why.uneven", values };
 }
 
-/** The picture could be sooner, and waits for the sound. */
+/** The picture could be shown sooner, but waits for the sound. */
 function held({ of }: Seen): Why | null {
   const [pictureMs, heldMs] = [of("pictureMs"), of("heldMs")];
   if (pictureMs === null || heldMs === null || pictureMs < OLD_MS) return null;

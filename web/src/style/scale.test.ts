@@ -5,7 +5,7 @@ import { expect, it } from "vitest";
 const SOURCES = join(import.meta.dirname, "..");
 
 const HAIRLINE_PX = 2;
-/** More than the last step reserves room for a part of the page. */
+/** A size above the last step reserves room for a part of the page. */
 const LAST_STEP_PX = 24;
 
 interface Declaration {

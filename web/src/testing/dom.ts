@@ -1,8 +1,8 @@
-/** The environment of the tests with a DOM: happy-dom, loaded once, and a window for each file. */
+/** The environment for tests with a DOM: happy-dom loaded once, with a new window for each file. */
 import { builtinEnvironments, type Environment } from "vitest/runtime";
 
 declare global {
-  /** Replaces the window that a file of tests has used. */
+  /** Replaces the window that a test file has used. */
   var renewWindow: (() => Promise<void>) | undefined;
 }
 

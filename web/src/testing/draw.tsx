@@ -1,10 +1,10 @@
-/** Draws a part of the page alone, for its tests. */
+/** Renders a part of the page alone, for its tests. */
 import { type ComponentChildren, render } from "preact";
 import { act } from "preact/test-utils";
 import type { Session } from "../actions";
 import { SessionContext } from "../view/context";
 
-/** Draws it in the whole document. */
+/** Renders the part as the document's body. */
 export function draw(session: Session, part: ComponentChildren): void {
   act(() => {
     render(

@@ -1,4 +1,4 @@
-/** A drive controller, connected to nothing but a test. */
+/** A drive controller for tests, without a connection. */
 import { DriveController, type DriveControllerOptions } from "../drive/driveController";
 import type { State } from "../state";
 

@@ -1,4 +1,4 @@
-/** Gamepads that the browser would name, for tests. */
+/** Gamepads as the browser would list them, for tests. */
 
 import { vi } from "vitest";
 
@@ -11,7 +11,7 @@ export interface FakePad {
   buttons: { pressed: boolean; touched: boolean; value: number }[];
 }
 
-/** A pad as it is when nobody touches it: four axes and 17 buttons. */
+/** A pad that nobody touches: four axes and 17 buttons. */
 export function pad(more: Partial<FakePad> = {}): FakePad {
   return {
     index: 0,
@@ -28,7 +28,7 @@ export function push(on: FakePad, at: number, value = 1): void {
   on.buttons[at] = { pressed: value > 0, touched: value > 0, value };
 }
 
-/** Plugs these in; the list can be changed while it is. */
+/** Plugs these in; the list may be changed afterwards. */
 export function plugIn(pads: (FakePad | null)[]): void {
   Object.defineProperty(navigator, "getGamepads", { value: () => pads, configurable: true });
   window.dispatchEvent(new Event("gamepadconnected"));
@@ -38,7 +38,7 @@ export function takeAwayGamepads(): void {
   Reflect.deleteProperty(navigator, "getGamepads");
 }
 
-/** Waits until gamepads were read so often, at the slower pace; timers are fake. */
+/** Advances the fake timers by `count` readings of the gamepads, at the slower rate. */
 export function readings(count: number): void {
   vi.advanceTimersByTime(50 * count);
 }

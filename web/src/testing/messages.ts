@@ -15,7 +15,7 @@ import type {
 } from "../messages";
 import { says } from "../words/said";
 
-/** What the server tells the host alone. */
+/** What the server sends only to the host. */
 export function hostConsole(more: Partial<Console> = {}): Console {
   return {
     type: "console",
@@ -130,7 +130,7 @@ export function served(more: Partial<Served> = {}): Served {
   };
 }
 
-/** A token for a room as LiveKit's are, but for the signature. */
+/** A seat whose token is like LiveKit's, except for the signature. */
 export function seat(name: string, more: Partial<Seat> = {}): Seat {
   const claims = btoa(JSON.stringify({ video: { room: name } })).replaceAll("=", "");
   return { url: "wss://rooms.example.org", token: `e30.${claims}.c2ln`, ...more };

@@ -1,4 +1,4 @@
-/** Numbers between two bounds that look random and are the same in every run (mulberry32). */
+/** Pseudo-random numbers between two bounds, the same in every run (mulberry32). */
 export function numbers(seed: number): (least: number, most: number) => number {
   let state = seed;
   return (least, most) => {

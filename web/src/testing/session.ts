@@ -1,11 +1,11 @@
-/** A session without a connection, for the tests of views. */
+/** A session without a connection, for tests of views. */
 import { vi } from "vitest";
 import type { Actions, Session } from "../actions";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { History } from "../stats/history";
 
-/** Real state, and actions that only remember that they were called. */
+/** Returns real state, and actions that only record their calls. */
 export function testSession(state: State = createState(loadPreferences(null))): Session {
   const known = new Map<PropertyKey, unknown>();
   const actions = new Proxy({} as Actions, {

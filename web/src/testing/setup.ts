@@ -1,6 +1,6 @@
 /**
- * For every test: all words are there, as soon after the page's first picture, and nothing is of
- * the test or the file before it.
+ * For every test: all words are loaded, as they are soon after the first picture, and nothing is
+ * left over from the previous test or file.
  */
 import { afterAll, afterEach, vi } from "vitest";
 import { all } from "../words/en";

@@ -8,7 +8,7 @@ export interface Arrival {
 }
 
 export interface Heard {
-  /** From the sending of a sample to its playing, of each 10 ms that were not concealed. */
+  /** From sending a sample to playing it, for each 10 ms that were not concealed. */
   agesMs: number[];
   concealedShare: number;
   stretchedShare: number;
@@ -18,15 +18,15 @@ export interface Heard {
 const BLOCK = 128;
 const MS = OPUS_HZ / 1000;
 const PACKET_MS = 20;
-/** Of a tone of 300 Hz, six periods: each packet goes on where the one before it ended. */
+/** Six periods of a 300 Hz tone: each packet continues where the previous one ended. */
 const PACKET = Float32Array.from(
   { length: PACKET_MS * MS },
   (_, i) => 0.5 * Math.sin((2 * Math.PI * 300 * i) / OPUS_HZ),
 );
 
 /**
- * Plays a trace of packets of 20 ms in simulated time. `driftPpm` is by how much the device is
- * faster than the sender. The first `settleMs` do not count. Pure.
+ * Plays a trace of 20 ms packets in simulated time. `driftPpm` is by how much the device's clock is
+ * faster than the sender's. The first `settleMs` do not count. Pure.
  */
 export function simulate(
   trace: Arrival[],
@@ -46,7 +46,7 @@ export function simulate(
     for (; next < byArrival.length; next++) {
       const one = byArrival[next];
       if (!one || one.arrivedMs > nowMs) break;
-      // The packet is sent once its last sample is there.
+      // The packet is sent once its last sample has been captured.
       player.arrive(RTP_ORIGIN + (one.sentMs - PACKET_MS) * MS, [PACKET], frame);
     }
     player.render([out], frame);
@@ -75,5 +75,5 @@ interface Settings {
   settleMs: number;
 }
 
-/** Not zero, so that nobody relies on it. */
+/** Not zero, so that no test relies on zero. */
 const RTP_ORIGIN = 480_000;

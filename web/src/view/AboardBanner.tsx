@@ -4,14 +4,14 @@ import { useState } from "./context";
 import { requestWords } from "./words";
 
 /**
- * Above the picture: what the person aboard asks for, and why nobody but them may drive now. The
- * operator reads that beside their controls.
+ * Above the picture: what the person aboard asks for, and why only they may drive now. The operator
+ * reads the latter beside the controls.
  */
 export function AboardBanner() {
   const { room, request, isConnected, drivingTurn } = useState();
   const aboard = room.value?.aboard;
   if (!aboard || !isConnected.value) return null;
-  // A control that does not answer is a problem of the robot, which is shown as such.
+  // A hand control that does not answer is shown as a problem of the robot.
   const reason = aboard.mode === "lost" || drivingTurn.value !== null ? null : aboard.reason;
   return (
     <>

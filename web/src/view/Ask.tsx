@@ -2,14 +2,14 @@ import { useSignal } from "@preact/signals";
 import { t } from "../words/words";
 
 interface Props {
-  /** What the button does, and what it says when asking. */
+  /** What the button does, and what it asks. */
   name: string;
   question: string;
-  /** Further answers that act, by their words. */
+  /** The answers that act, by their text. */
   answers: Record<string, () => void>;
 }
 
-/** A button for what cannot be taken back: it asks once, in its own place. */
+/** A button for an irreversible action: it asks for confirmation in place. */
 export function Ask({ name, question, answers }: Props) {
   const isAsking = useSignal(false);
   const close = () => {

@@ -4,7 +4,7 @@ import { AboardBanner } from "./AboardBanner";
 import { useState } from "./context";
 import { whenWords } from "./words";
 
-/** Above the picture: who is aboard, the host's words, no way in, and a link that does not work. */
+/** Above the picture: the person aboard, the host's message, a broken tunnel, a bad link. */
 export function Banners() {
   const { room, messageEndsMs, entryProblem } = useState();
   const endsMs = messageEndsMs.value;

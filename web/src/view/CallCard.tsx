@@ -4,7 +4,7 @@ import { useActions, useState } from "./context";
 
 const OPERABLE = "input, select, textarea, button, a[href], summary";
 
-/** Asks the next in the queue whether they are there; any touch of it or key on it says so. */
+/** Asks the next in the queue whether they are ready; any touch or key on the card confirms. */
 export function CallCard() {
   const { callSecondsLeft } = useState();
   const { answerCall } = useActions();
@@ -14,7 +14,7 @@ export function CallCard() {
   useEffect(() => {
     if (!isCalled) return;
     navigator.vibrate?.([200, 100, 200]);
-    // Nobody who is typing, or at another control, is interrupted.
+    // Do not take the focus from a text field or another control.
     if (!document.activeElement?.matches(OPERABLE)) button.current?.focus();
   }, [isCalled]);
   if (!isCalled) return null;

@@ -84,7 +84,7 @@ function Speed() {
   );
 }
 
-/** Beside the controls: why the robot stands or is slow, or how to drive. */
+/** Beside the controls: why the robot does not move or is slow, or how to drive. */
 function Hint() {
   const state = useState();
   const { drivingTurn, driveReason, hello, isConnected } = state;
@@ -96,7 +96,7 @@ function Hint() {
       </p>
     );
   }
-  // Who stopped the robot, and what to do, is said above.
+  // The turn card already says who stopped the robot and what to do.
   if (stopNumber.value !== null) return <p class="hint" id="drive-hint" />;
   const reason = said(driveReason.value) ?? (isFreshlyReleased.value ? released() : null);
   return (

@@ -7,7 +7,7 @@ import { whenWords } from "./words";
 
 export const Hours = late(async () => (await import("./Hours")).Hours);
 
-/** Instead of everything else: why this page may not stay, and what to do. */
+/** The page for a user who may not stay: why, and what to do. */
 export function EndedPage({ ended }: { ended: Ended }) {
   const { comeBack } = useActions();
   const { entryProblem } = useState();

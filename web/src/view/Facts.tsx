@@ -16,8 +16,8 @@ import {
 import { batteryWords, isUndated } from "./words";
 
 /**
- * The delays: how well it plays, what is sent, and why. The picture age runs from when the server
- * receives the frame to when the browser presents it.
+ * How well it plays, what is sent, and why. The picture age runs from when the server receives the
+ * frame to when the browser presents it.
  */
 export function Facts() {
   const { facts, served, playout, player, room } = useState();
@@ -53,7 +53,7 @@ export function Facts() {
 
 const PLAYER_NAMES = { "built-in": "facts.by_built_in", browser: "facts.by_browser" } as const;
 
-/** Which player plays the sound, for who wants to compare them. */
+/** The choice of sound player, to compare the two. */
 function Player() {
   const { preferences } = useState();
   const { setPlayer } = useActions();

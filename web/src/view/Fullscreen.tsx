@@ -12,7 +12,7 @@ import {
 import { t } from "../words/words";
 import { useSession, useState } from "./context";
 
-/** The whole page in fullscreen, with all that is over the picture; hidden where that is not. */
+/** A button for fullscreen with everything over the picture; hidden where that is not possible. */
 export function Fullscreen() {
   const session = useSession();
   const { drivingTurn } = useState();
@@ -27,7 +27,7 @@ export function Fullscreen() {
     [isOn, isRefused],
   );
   const isWhole = hasFullscreen();
-  // Where only the video can, nothing is over it: no Stop, so not for who drives.
+  // A video alone in fullscreen has no Stop over it, so it is not for the operator.
   const isVideo = !isWhole && drivingTurn.value === null;
   if (!isWhole && !(isVideo && hasVideoFullscreen(session.shownPicture()))) return null;
 

@@ -3,7 +3,7 @@ import { t } from "../words/words";
 import { useState } from "./context";
 import { gaugeWords } from "./gaugeWords";
 
-/** What the robot tells of itself: each number with its place on its scale. */
+/** The values that the robot reports, each with its place on its scale. */
 export function Gauges() {
   const { hello, room } = useState();
   const gauges = hello.value?.gauges ?? [];
@@ -45,7 +45,7 @@ function Gauge({ gauge, robot }: { gauge: GaugeInfo; robot: RobotStatus }) {
   );
 }
 
-/** Over the picture: only what is beyond a limit. */
+/** Over the picture: only the values beyond a limit. */
 export function GaugeWarnings() {
   const { hello, room } = useState();
   const robot = room.value?.robot;

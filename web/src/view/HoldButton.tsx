@@ -9,13 +9,13 @@ const HOLD_MS = 800;
 const HOLDING = new Set(["Enter", "NumpadEnter"]);
 
 interface Props {
-  /** Called when it has been held long enough. */
+  /** Called once the button has been held long enough. */
   onHeld: () => void;
   children: ComponentChildren;
 }
 
 /**
- * A button that acts after being held, with the mouse, a finger or Enter. Never with Space, which
+ * A button that acts after being held with the mouse, a finger or Enter; never with Space, which
  * stops the robot and may still be repeating.
  */
 export function HoldButton({ onHeld, children }: Props) {
@@ -48,7 +48,7 @@ export function HoldButton({ onHeld, children }: Props) {
       class={held ? "hold-button is-held" : "hold-button"}
       onPointerDown={(event) => {
         if (event.button !== 0) return;
-        // The page may move under a hand that keeps still: a banner that goes ends no hold.
+        // Keep the hold even if the page moves under the pointer, as when a banner disappears.
         event.currentTarget.setPointerCapture(event.pointerId);
         begin();
       }}
@@ -65,7 +65,7 @@ export function HoldButton({ onHeld, children }: Props) {
         keys.lift(event);
       }}
       onContextMenu={(event) => {
-        // A long touch would open a menu on some phones.
+        // A long touch opens a menu on some phones.
         event.preventDefault();
         event.stopPropagation();
       }}

@@ -2,7 +2,7 @@ import type { Opening } from "../messages";
 import { locale, t } from "../words/words";
 import { TIME } from "./words";
 
-/** A week of opening hours as a clock here shows them, and as a calendar to take along. */
+/** A week of opening hours in local time, and as a calendar file. */
 export function Hours({ openings }: { openings: readonly Opening[] }) {
   const zone = Intl.DateTimeFormat().resolvedOptions().timeZone;
   return (
@@ -25,7 +25,7 @@ function openingWords({ opens_wall_ms, closes_wall_ms }: Opening): string {
   const opens = new Date(opens_wall_ms);
   const closes = new Date(closes_wall_ms);
   const time = (at: Date) => at.toLocaleTimeString(where, TIME);
-  // Not both by one call, which writes the hours in another way than a time alone.
+  // Two calls, because one for both formats the hours differently from a time alone.
   const dayAndTime = (at: Date) =>
     `${at.toLocaleDateString(where, { weekday: "long" })} ${time(at)}`;
   const isSameDay = opens.toDateString() === closes.toDateString();

@@ -10,7 +10,7 @@ import { SoundMeter } from "./SoundMeter";
 import { TapeBadge } from "./TapeBadge";
 import { batteryWords, isUndated, silenceWords } from "./words";
 
-/** Over the picture's upper edge: what one glances at while driving, and nothing else. */
+/** Over the picture's upper edge: only what needs a glance while driving. */
 export function Hud() {
   const { hello } = useState();
   return (
@@ -30,7 +30,7 @@ export function Hud() {
   );
 }
 
-/** What the robot reports, where it does. */
+/** The robot's battery and bumper, if it reports them. */
 function Robot() {
   const { room, isConnected } = useState();
   const robot = room.value?.robot;
@@ -58,7 +58,7 @@ function Robot() {
 
 const LOW_BATTERY = 0.2;
 
-/** Which of the two speeds, while driving. */
+/** The chosen speed, while driving. */
 function Speed() {
   const { drivingTurn, preferences } = useState();
   if (drivingTurn.value === null) return null;
@@ -66,7 +66,7 @@ function Speed() {
   return <span class="chip">{t(isFast ? "drive.fast" : "drive.slow")}</span>;
 }
 
-/** Whether the sound is on; one sees that there is some. */
+/** Whether the sound is on, with its level. */
 function Sound() {
   const { isSoundOn, hello, preferences } = useState();
   const { setSound, toggleMute } = useActions();
@@ -90,7 +90,7 @@ function Sound() {
   );
 }
 
-/** How old what one sees is, as a colour and a number; opens the details. */
+/** The picture's age as a colour and a number; opens the details. */
 function Delay() {
   const { facts, room, isConnected, isSilent, hello, panel } = useState();
   const { open } = useActions();
@@ -98,7 +98,7 @@ function Delay() {
   const { pictureMs, soundMs } = facts.value;
   const isUnknown = isSilent.value || isUndated(room.value);
   const measuredMs = isUnknown ? null : (pictureMs ?? soundMs);
-  // By the error of the clocks what is fresh may seem to come from the future.
+  // The clocks' error can make a fresh picture seem to come from the future.
   const ageMs = measuredMs === null ? null : Math.max(0, measuredMs);
   const limitMs = hello.value?.on_loss.slow_picture_age_ms;
   const isOpen = panel.value === DETAILS;
@@ -117,7 +117,7 @@ function Delay() {
 
 const DETAILS: Panel = "details";
 
-/** Good where nobody notices it; poor where it slows the robot. */
+/** Rates a delay: good where nobody notices it, poor where it slows the robot. */
 export function delayLevel(ageMs: number | null, limitMs = 400): "good" | "fair" | "poor" {
   if (ageMs === null) return "fair";
   if (ageMs <= limitMs / 2) return "good";

@@ -16,29 +16,29 @@ declare module "preact" {
   }
 }
 
-/** How far the knob's middle goes, and how wide the knob is, as shares of the whole: see joystick.css. */
+/** The knob's travel and width as shares of the whole: see joystick.css. */
 const TRAVEL = 0.35;
 const KNOB = 0.44;
 const MIDDLE: Deflection = { x: 0, y: 0 };
 
 /**
- * An analogue stick under one finger or the mouse. It holds as long as it is touched, moves the
- * robot as far as it is pushed from where it was touched, and springs back when let go: a thumb
- * that lands beside the middle, or a page that moves under it, moves nothing. Arrow keys do the same
- * while it has the focus, as everywhere on the page.
+ * An analogue stick for one finger or the mouse. It is held while touched, moves the robot in
+ * proportion to its distance from where it was touched, and springs back when released. So a thumb
+ * that lands off-centre, or a page that moves under it, moves nothing. Arrow keys drive while it
+ * has the focus, as everywhere on the page.
  */
 export function Joystick() {
   const { mayMove, isHolding } = useState();
   const { press, deflect, release, letGo } = useActions();
   const knob = useSignal(MIDDLE);
-  /** The finger on it, and where it touched down, which is the stick's middle. */
+  /** The finger on the stick, and where it touched down, which is the middle. */
   const grip = useRef<{ pointerId: number; place: Place } | null>(null);
 
   const end = () => {
     grip.current = null;
     knob.value = MIDDLE;
   };
-  // Whatever has released it: what is seen is what is held.
+  // Show the knob released, whatever has released it.
   useSignalEffect(() => {
     if (!isHolding.value) knob.value = MIDDLE;
   });
@@ -70,7 +70,7 @@ export function Joystick() {
     end();
     release(fingerHolder(event.pointerId));
   };
-  // After an ordinary release nothing is held; anything still held was cancelled by the system.
+  // After an ordinary release nothing is held: anything still held was cancelled by the system.
   const onLost = (event: Pointer) => {
     if (grip.current?.pointerId !== event.pointerId) return;
     end();
@@ -89,14 +89,14 @@ export function Joystick() {
       // biome-ignore lint/a11y/noNoninteractiveTabindex: arrow keys drive while it has the focus
       tabIndex={0}
       onPointerDown={onPointerDown}
-      // A browser that has it tells of a move at once here, and of the same with the next frame below.
+      // Where supported, it reports a move at once; `pointermove` reports it with the next frame.
       onPointerRawUpdate={onPointerMove}
       onPointerMove={onPointerMove}
       onPointerUp={onPointerUp}
       onPointerCancel={onLost}
       onLostPointerCapture={onLost}
       onMouseDown={(event) => event.preventDefault()}
-      // A long touch would open a menu on some phones.
+      // A long touch opens a menu on some phones.
       onContextMenu={(event) => {
         event.preventDefault();
         event.stopPropagation();

@@ -2,7 +2,7 @@ import { LANGUAGES } from "../words/language";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
-/** The page's language: each by its own name, so that it is found by who reads no other. */
+/** The page's language, each by its own name, so that its speakers find it. */
 export function LanguageChoice() {
   const { preferences } = useState();
   const { setLanguage } = useActions();

@@ -1,7 +1,7 @@
 import { useState } from "./context";
 import { connectionWords, toldWords } from "./words";
 
-/** The connection: a dot while all is well, words as soon as it is not. */
+/** The connection: a dot while all is well, words otherwise. */
 export function LinkStatus() {
   const { link, pageMs, preferences } = useState();
   // Only these states change with time.
@@ -19,7 +19,7 @@ export function LinkStatus() {
           {connectionWords(link.value, nowMs)}
         </span>
       </p>
-      {/* What counts seconds would be read out at each of them. */}
+      {/* A text that counts seconds would be read out every second. */}
       <span class="visually-hidden" aria-live="polite">
         {told}
       </span>

@@ -8,7 +8,7 @@ import { hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { LossPanel } from "./LossPanel";
 
-it("follows what the robot tells of its watchdog", () => {
+it("follows the robot's report of its watchdog", () => {
   const state = createState(loadPreferences(null));
   state.hello.value = hello();
   const tells = (ttl_ms: number | null) =>

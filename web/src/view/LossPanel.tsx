@@ -2,7 +2,7 @@ import { t } from "../words/words";
 import { useState } from "./context";
 import { lossSentences } from "./rules";
 
-/** What the robot does when something fails: the server's rules, which no page can change. */
+/** What the robot does when something fails, by the server's rules, which no page can change. */
 export function LossPanel() {
   const { hello, room } = useState();
   if (!hello.value) return null;

@@ -11,7 +11,7 @@ import {
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
-/** On which device the sound plays; hidden where the browser does not let a page choose. */
+/** The choice of sound output; hidden where the browser does not let a page choose. */
 export function OutputChoice() {
   const { output } = useState();
   const { setOutput } = useActions();

@@ -14,7 +14,7 @@ import { Stats } from "./Stats";
 export const RulesPanel = late(async () => (await import("./RulesPanel")).RulesPanel);
 export const HostPanel = late(async () => (await import("./host/HostPanel")).HostPanel);
 
-/** What the tab says, and what heads the panel. */
+/** The tab's text, and the panel's heading. */
 const NAMES: Record<Panel, readonly [tab: Code, title: Code]> = {
   people: ["panels.people", "panels.people_title"],
   settings: ["panels.settings", "panels.settings_title"],
@@ -24,8 +24,8 @@ const NAMES: Record<Panel, readonly [tab: Code, title: Code]> = {
 };
 
 /**
- * Everything that is not watching or driving: one panel at a time, where it hides neither the
- * picture nor Stop.
+ * Everything besides watching and driving: one panel at a time, where it hides neither the picture
+ * nor Stop.
  */
 export function Panels() {
   const { panel, isHost } = useState();
@@ -33,7 +33,7 @@ export function Panels() {
   const shown = panel.value === "host" && !isHost.value ? null : panel.value;
   const openTab = useRef<HTMLButtonElement>(null);
   const close = (isByKey: boolean) => {
-    // With a keyboard one goes on from the tab; after a pointer the keys are for driving.
+    // Keyboard users continue from the tab; after a pointer the keys are for driving.
     if (isByKey) openTab.current?.focus();
     open(null);
   };
@@ -70,7 +70,7 @@ export function Panels() {
 }
 
 const HOST: Panel[] = ["host"];
-/** What has more room where there is some. */
+/** The panels that get more room where there is some. */
 const LONG: Panel[] = ["details", "host"];
 
 function content(panel: Panel): ComponentChildren {
@@ -102,7 +102,7 @@ interface SheetProps {
   children: ComponentChildren;
 }
 
-/** What is open; Escape closes it, wherever in it the keyboard is. */
+/** The open panel; Escape closes it from anywhere inside. */
 function Sheet({ isLong, name, title, onClose, children }: SheetProps) {
   const sheet = useRef<HTMLElement>(null);
   useEffect(() => sheet.current?.scrollIntoView({ block: "nearest" }), []);

@@ -58,13 +58,13 @@ export function Picture() {
   );
 }
 
-/** Gives the section the shape of the picture, so that nothing black is beside it. */
+/** Gives the section the picture's aspect ratio, so that there are no black bars. */
 function shape(section: HTMLElement, video: HTMLVideoElement): () => void {
   const follow = () => {
     const { videoWidth, videoHeight } = video;
     if (videoWidth === 0) return;
     section.style.setProperty("--aspect", `${videoWidth / videoHeight}`);
-    // What stands under the picture is as wide.
+    // What is below the picture is as wide.
     section.parentElement?.style.setProperty("--shape", `${videoWidth / videoHeight}`);
   };
   follow();
@@ -82,7 +82,7 @@ function PictureOff() {
   );
 }
 
-/** The host lets nobody see or hear anything. */
+/** Shown while the host has switched picture and sound off. */
 function Blanked() {
   return (
     <div class="picture-off" role="status" aria-label={t("picture.name")}>
@@ -92,7 +92,7 @@ function Blanked() {
   );
 }
 
-/** Before there is a connection: why it takes a while, and where else there is one. */
+/** Shown without a connection: why it takes a while, and where else the robot can be watched. */
 function Door() {
   const { hello, link, links, isConnected } = useState();
   const reason =
@@ -118,12 +118,12 @@ function Door() {
   );
 }
 
-/** The one step to sound, which no browser plays before something was pressed. */
+/** The button that starts the sound, which no browser plays before a press. */
 function SoundOffer() {
   const { isStartOffered, isBlanked, hello, drivingTurn } = useState();
   const { start } = useActions();
   const isOver = isBlanked.value || silenceWords(hello.value) !== null;
-  // Whoever drives has the switch, and the whole picture.
+  // The operator has the switch instead, and keeps the picture free.
   if (!isStartOffered.value || isOver || drivingTurn.value !== null) return null;
   return (
     <button type="button" class="sound-offer" onClick={start}>
@@ -152,7 +152,7 @@ function Warnings() {
           <span aria-hidden="true">
             {t("picture.old", { age: msWords(facts.value.pictureMs) })}
           </span>
-          {/* Each new figure would be read out. */}
+          {/* Every new figure would be read out. */}
           <span class="visually-hidden">{t("picture.not_live")}</span>
         </li>
       )}
@@ -160,7 +160,7 @@ function Warnings() {
   );
 }
 
-/** No problem, but the reason why the picture and the sound are apart. */
+/** Not a problem: the reason why picture and sound are not in step. */
 function Slowness() {
   const { served, isConnected } = useState();
   const isSlow = isConnected.value && served.value?.in_step === false;

@@ -6,8 +6,8 @@ import { useSession, useState } from "./context";
 import { isLive } from "./live";
 
 /**
- * Shows the large picture in a window of its own. Nothing can be written over it there, so it comes
- * back as soon as it is not live, or the host has switched it off.
+ * Shows the large picture in a window of its own. Nothing can be drawn over it there, so it returns
+ * as soon as it is not live, or the host has switched it off.
  */
 export function PictureInPicture() {
   const session = useSession();

@@ -3,7 +3,7 @@ import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
-/** In the host's panel: measures on the real robot how fast it stops. */
+/** In the host's panel: starts the proof, which measures how fast the real robot stops. */
 export function ProofPanel() {
   const { proof } = useState();
   const { lookAtProof, prove } = useActions();

@@ -32,7 +32,7 @@ export function Queue() {
 function NameField() {
   const { preferences, me } = useState();
   const { setName } = useActions();
-  // Text not yet sent, which each room update would otherwise overwrite.
+  // Text not sent yet, which the next room state would otherwise overwrite.
   const draft = useSignal<string | null>(null);
   const onChange = (event: TargetedEvent<HTMLInputElement>) => {
     setName(event.currentTarget.value);

@@ -8,8 +8,8 @@ interface Props {
 }
 
 /**
- * One of a few that exclude each other, beside the picture. No radio button: with the focus that
- * would take the arrow keys, which are to drive the robot as everywhere on the page.
+ * One of a few exclusive choices beside the picture. Not a radio button, which would take the arrow
+ * keys when focused; here they must drive the robot, as everywhere on the page.
  */
 export function Segment({ isChosen, isDisabled = false, onChoose, children }: Props) {
   return (

@@ -9,7 +9,7 @@ import { silenceWords } from "./words";
 
 export const WaysPanel = late(async () => (await import("./drive/WaysPanel")).WaysPanel);
 
-/** The user's choices of streams, size, timing and sound, and what makes watching pleasant. */
+/** The user's choices of streams, size, timing and sound, and the tools for watching. */
 export function Settings() {
   const { preferences, hello, cameras } = useState();
   const silence = silenceWords(hello.value);
@@ -40,7 +40,7 @@ export function Settings() {
   );
 }
 
-/** The largest size to send; the link decides the actual one. */
+/** The largest size to send; the link determines the actual one. */
 function Size() {
   const { preferences, hello } = useState();
   const { setSize } = useActions();

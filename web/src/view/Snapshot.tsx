@@ -7,7 +7,7 @@ import { useSession } from "./context";
 import { isLive } from "./live";
 import { robotName } from "./robotName";
 
-/** Why there is nothing to take a photo of; null if there is. */
+/** Why no photo can be taken; null if one can. */
 export function whyNoPhoto(state: State, video: HTMLVideoElement | null): Code | null {
   if (state.isBlanked.value) return "watch.snapshot.blanked";
   if (!state.preferences.value.picture) return "watch.snapshot.off";
@@ -15,7 +15,7 @@ export function whyNoPhoto(state: State, video: HTMLVideoElement | null): Code |
   return isLive(state) ? null : "watch.snapshot.old";
 }
 
-/** Saves what is seen now; a picture that is not live is none of the robot's world. */
+/** Saves the current picture, only while it is live. */
 export function Snapshot() {
   const session = useSession();
   const why = useSignal<Code | null>(null);

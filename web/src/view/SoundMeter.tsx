@@ -6,7 +6,7 @@ import { useSession, useState } from "./context";
 const LOOK_EVERY_MS = 100;
 const NAMES = { 1: ["sound.level"], 2: ["sound.level_left", "sound.level_right"] } as const;
 
-/** How loud the robot's sound is: of each ear where it is sent in stereo and the built-in player plays it. */
+/** The level of the robot's sound; per ear if it is stereo and the built-in player plays it. */
 export function SoundMeter() {
   const { isSoundOn, served } = useState();
   const { soundLevels } = useSession();

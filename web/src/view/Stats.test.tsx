@@ -12,7 +12,7 @@ const { body } = document;
 
 afterEach(undraw);
 
-it("opens the details for who asks, and closes them", async () => {
+it("opens and closes the details", async () => {
   draw(testSession(), <Stats />);
   const button = getByRole(body, "button", { name: "Plots, and why it is slow" });
   const press = () => act(async () => button.click());

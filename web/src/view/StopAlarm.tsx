@@ -1,7 +1,7 @@
 import { t } from "../words/words";
 import { useState } from "./context";
 
-/** That nobody has confirmed a Stop that was pressed here, for as long as that is so. */
+/** Warns while a Stop that was pressed here is not confirmed. */
 export function StopAlarm() {
   if (!useState().isStopUnconfirmed.value) return null;
   return (

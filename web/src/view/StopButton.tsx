@@ -4,7 +4,7 @@ import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
 
-/** Stop for everybody: it acts when touched, not when the touch ends. */
+/** Stop for everybody; it acts on touch, not on release. */
 export function StopButton() {
   const { mayStop } = useState();
   const { stop } = useActions();
@@ -18,7 +18,7 @@ export function StopButton() {
     if (!event.repeat) stop();
     event.preventDefault();
   };
-  // For presses without pointer or key, such as a screen reader's.
+  // For presses without pointer or key, as by a screen reader.
   const onClick = (event: TargetedMouseEvent<HTMLButtonElement>) => {
     if (event.detail === 0) stop();
   };
@@ -30,7 +30,7 @@ export function StopButton() {
       onPointerDown={onPointerDown}
       onMouseDown={(event) => event.preventDefault()}
       onKeyDown={onKeyDown}
-      // Some browsers click when Space comes up.
+      // Some browsers click on the keyup of Space.
       onKeyUp={(event) => event.preventDefault()}
       onClick={onClick}
       onContextMenu={(event) => event.preventDefault()}

@@ -2,7 +2,7 @@ import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
-/** Says to everybody that they are recorded, and when opened why; who is in charge may keep it. */
+/** Tells everybody that they are recorded and, opened, why; some may keep the recording. */
 export function TapeBadge() {
   const { room, mayKeepTape } = useState();
   const { keepTape } = useActions();

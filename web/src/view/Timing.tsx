@@ -3,7 +3,7 @@ import { POLICIES, type Preferences } from "../preferences";
 import { type Code, t } from "../words/words";
 import { useActions, useState } from "./context";
 
-/** What it is called, and what it does. */
+/** Its name, and what it does. */
 type Words = readonly [name: Code, what: Code];
 
 const AUTOMATIC: Words = ["watch.timing.automatic", "watch.timing.automatic.what"];
@@ -14,7 +14,7 @@ const NAMES: Record<NonNullable<Preferences["policy"]>, Words> = {
 
 const wordsOf = (policy: Preferences["policy"]) => (policy ? NAMES[policy] : AUTOMATIC);
 
-/** Automatic, smooth or immediate; no choice if the server has one for everybody. */
+/** Automatic, smooth or immediate; no choice if the server sets one for everybody. */
 export function Timing() {
   const { preferences, playout } = useState();
   const { setPolicy } = useActions();

@@ -11,7 +11,7 @@ import { HoldButton } from "./HoldButton";
 import { robotName } from "./robotName";
 import { Switch } from "./Switch";
 
-/** The state, the time left, and the one obvious next thing. */
+/** The state, the time left, and the one obvious next step. */
 export function TurnCard() {
   const state = useState();
   const { releaseStop } = useActions();
@@ -38,7 +38,7 @@ export function TurnCard() {
         <p class="headline">{now.headline}</p>
         <p class="next">{now.next}</p>
         {now.note && <p class="turn-note">{now.note}</p>}
-        {/* The timer is not read out, and its colour is not heard. */}
+        {/* The timer is not read out, nor is its colour. */}
         {now.tone === "ending" && (
           <p class="visually-hidden">{t("face.ending", { n: ENDING_S })}</p>
         )}
@@ -51,7 +51,7 @@ export function TurnCard() {
   );
 }
 
-/** A timer is not read out by itself: who waits would hear their estimate again and again. */
+/** The time left, or the estimated wait; not read out, as it changes again and again. */
 function Clock({ wait, secondsLeft }: { wait: string | null; secondsLeft: number | null }) {
   const left = secondsLeft === null ? "" : t("face.left", { n: secondsLeft });
   return (
@@ -64,7 +64,7 @@ function Clock({ wait, secondsLeft }: { wait: string | null; secondsLeft: number
 function QueueButton({ does }: { does: Face["queue"] }) {
   const { join, leave } = useActions();
   if (does === null) return null;
-  // Keys, or a reused button would keep the focus, and Space would leave.
+  // The keys prevent a reused button from keeping the focus, by which Space would leave.
   if (does === "join") {
     return (
       <button key="join" type="button" class="queue-button" onClick={join}>
@@ -72,7 +72,7 @@ function QueueButton({ does }: { does: Face["queue"] }) {
       </button>
     );
   }
-  // Ignore the second click of a double click on Join.
+  // Ignore the second click of a double-click on Join.
   const onClick = (event: MouseEvent) => {
     if (event.detail < 2) leave();
   };
@@ -83,7 +83,7 @@ function QueueButton({ does }: { does: Face["queue"] }) {
   );
 }
 
-/** A notification for who waits and looks at something else; only where the browser has them. */
+/** The switch for a notification at one's turn; only where the browser has notifications. */
 function TellMe() {
   const { preferences } = useState();
   const { tellMe } = useActions();
@@ -92,7 +92,7 @@ function TellMe() {
   return <Switch name={t("face.tell_me")} isOn={isOn} onSwitch={tellMe} />;
 }
 
-/** Whoever looks at another tab sees in this one's title and icon when they are wanted. */
+/** Shows in the tab's title and icon when the user is wanted. */
 function TabTitle() {
   const { drivingTurn, callSecondsLeft, me, stopNumber, hello, served } = useState();
   const isDriving = drivingTurn.value !== null;
@@ -112,7 +112,7 @@ function TabTitle() {
   useEffect(() => {
     document.title = title;
   }, [title]);
-  // Over a thin link not even an icon is loaded beside the sound.
+  // On a thin link not even an icon is loaded beside the sound.
   const isWanted = (isCalled || isDriving) && !(served.value && isThin(served.value));
   useEffect(() => alertTab(document, isWanted), [isWanted]);
   useEffect(() => {

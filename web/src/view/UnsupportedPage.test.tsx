@@ -23,13 +23,13 @@ it("says that WebRTC is missing, that it may be switched off, and which browsers
   expect(queryByText(body, /Firefox/)).not.toBeNull();
 });
 
-it("names the parts that a browser is too old for, and says nothing of WebRTC", () => {
+it("names the parts that an old browser lacks, without mentioning WebRTC", () => {
   const body = shown({ webrtc: false, channels: false, parts: ["a.b", "c"] });
   expect(getByRole(body, "alert").textContent).toContain("a.b, c");
   expect(queryByText(body, /WebRTC/)).toBeNull();
 });
 
-it("speaks the reader's language", () => {
+it("uses the reader's language", () => {
   language.value = { tag: "de", direction: "ltr", messages: de };
   const body = shown({ webrtc: false, channels: true, parts: [] });
   expect(getByRole(body, "alert").textContent).toContain("Datenkanäle");

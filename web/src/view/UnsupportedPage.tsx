@@ -1,7 +1,7 @@
 import type { Lacks } from "../support";
 import { t } from "../words/words";
 
-/** Instead of everything else, where the browser cannot show the page: what it lacks, what to do. */
+/** The page for a browser that cannot show the robot: what it lacks, and what to do. */
 export function UnsupportedPage({ lacks }: { lacks: Lacks }) {
   const { webrtc, channels, parts } = lacks;
   return (

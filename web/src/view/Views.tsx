@@ -1,4 +1,4 @@
-/** Draws the driving view and the other cameras; which is large: `../cameras.ts`. */
+/** Shows the driving view and the other cameras; which is large: `../cameras.ts`. */
 
 import { useComputed } from "@preact/signals";
 import type { RefObject } from "preact";
@@ -46,7 +46,7 @@ export function Views({ isShown, video }: Props) {
   );
 }
 
-/** The predicted path: nobody needs it before there is a picture to draw it on. */
+/** The predicted path, once there is a picture to draw it on. */
 function Path() {
   const { facts, hello, preferences } = useState();
   const isSeen = useComputed(() => facts.value.pictureMs !== null);
@@ -81,7 +81,7 @@ function Camera({ at, camera }: { at: number; camera: CameraInfo }) {
   );
 }
 
-/** Covers a small picture: its name, why nothing is seen, and a tap makes it large. */
+/** Covers a small picture with its name and any problem; a tap makes it large. */
 function Enlarge(props: { camera: number | null; name: string; why: string | null }) {
   const { enlarge } = useActions();
   return (

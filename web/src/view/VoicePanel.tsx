@@ -47,7 +47,7 @@ export function VoicePanel() {
 
 const HOLDER = "talk button";
 
-/** Speaks while it is pressed: by a finger, the mouse, or Enter while it has the focus. */
+/** Speaks while pressed by a finger, the mouse, or Enter with the focus. */
 function TalkButton({ isDisabled }: { isDisabled: boolean }) {
   const { voice } = useState();
   const { speak, hush } = useActions();
@@ -76,7 +76,7 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
       onPointerUp={(event) => hush(finger(event))}
       onPointerCancel={(event) => hush(finger(event))}
       onLostPointerCapture={(event) => hush(finger(event))}
-      // A long touch would open a menu on some phones.
+      // A long touch opens a menu on some phones.
       onContextMenu={(event) => {
         event.preventDefault();
         event.stopPropagation();

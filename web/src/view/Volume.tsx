@@ -2,14 +2,14 @@ import { useId, useMemo } from "preact/hooks";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
-/** Whether a page can change the volume here; iOS leaves that to the buttons of the device. */
+/** Whether a page can change the volume here; on iOS only the device's buttons can. */
 function canSetVolume(): boolean {
   const element = document.createElement("audio");
   element.volume = 0.5;
   return element.volume === 0.5;
 }
 
-/** How loud, and whether at all. */
+/** The volume, and mute. */
 export function Volume() {
   const { preferences, isSoundOn, player } = useState();
   const { setVolume, toggleMute } = useActions();

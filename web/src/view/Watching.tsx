@@ -8,7 +8,7 @@ import { Timing } from "./Timing";
 import { Volume } from "./Volume";
 import { silenceWords } from "./words";
 
-/** What makes watching and listening pleasant, for everybody. */
+/** The tools for watching and listening, for everybody. */
 export function Watching() {
   const { hello } = useState();
   const hasSound = silenceWords(hello.value) === null;

@@ -3,7 +3,7 @@ import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { HouseRules } from "./HouseRules";
 
-/** For who is here for the first time: three lines, and the house rules. */
+/** For a first visit: three lines, and the house rules. */
 export function Welcome() {
   const state = useState();
   const { keep } = useActions();

@@ -43,8 +43,8 @@ function greet(more: Parameters<typeof hello>[0] = {}): void {
   });
 }
 
-describe("whose robot this is", () => {
-  it("is told before the server has greeted, by what the page came with", () => {
+describe("the host's branding", () => {
+  it("comes from the HTML before the server's hello", () => {
     document.documentElement.dataset.name = "Rover";
     document.documentElement.dataset.sentence = "Say hello.";
     draw(session, <About />);
@@ -52,13 +52,13 @@ describe("whose robot this is", () => {
     expect(getByText(body, "Say hello.")).toBeTruthy();
   });
 
-  it("has words of the page's own where the host has none", () => {
+  it("has the page's own words where the host wrote none", () => {
     draw(session, <About />);
     expect(robotName(null)).toBe("WAX");
     expect(getByText(body, "A real robot that you can drive from here.")).toBeTruthy();
   });
 
-  it("is what the host has written, kept apart from what is around it", () => {
+  it("shows the host's words, isolated from the text around them", () => {
     draw(session, <About />);
     greet();
     expect(robotName(session.state.hello.value)).toBe("Rover");
@@ -67,7 +67,7 @@ describe("whose robot this is", () => {
 });
 
 describe("the first visit", () => {
-  it("is told in three lines what this is, how to drive and how to stop, and the rules", () => {
+  it("explains in three lines what this is, how to drive and how to stop, and shows the rules", () => {
     draw(session, <Welcome />);
     expect(queryByRole(body, "region", { name: "Welcome" })).toBeNull();
     greet({ turn_s: 120 });
@@ -95,7 +95,7 @@ describe("the first visit", () => {
     expect(getByText(body, says)).toBeTruthy();
   });
 
-  it("can be put away, and stays away", () => {
+  it("can be dismissed for good", () => {
     draw(session, <Welcome />);
     greet();
     act(() => getByRole(body, "button", { name: "Got it" }).click());
@@ -106,7 +106,7 @@ describe("the first visit", () => {
     expect(queryByRole(body, "region", { name: "Welcome" })).toBeNull();
   });
 
-  it("is over with the first drive", () => {
+  it("ends with the first drive", () => {
     const { state } = session;
     const kept: object[] = [];
     const end = listenFirstDrive(state, (change) => kept.push(change));
@@ -124,7 +124,7 @@ describe("the first visit", () => {
 });
 
 describe("about this robot", () => {
-  it("has the host's rules, and links that tell nobody where one came from", () => {
+  it("has the host's rules, and links without a referrer", () => {
     draw(session, <About />);
     greet();
     expect(getByText(body, "Drive slowly near people.")).toBeTruthy();
@@ -137,7 +137,7 @@ describe("about this robot", () => {
     expect(queryByText(body, "Not a link")).toBeNull();
   });
 
-  it("is short where the host has written nothing", () => {
+  it("is short if the host wrote nothing", () => {
     draw(session, <About />);
     greet({ page: { name: "WAX", sentence: "", rules: [], links: [] } });
     expect(queryByRole(body, "list")).toBeNull();

@@ -85,7 +85,7 @@ function slide(element: HTMLInputElement, value: number): void {
 }
 
 describe("the robot's controls", () => {
-  it("are shown to whoever drives, with names and free keys", () => {
+  it("are shown to the operator, with names and unassigned keys", () => {
     drives();
     const shown = getAllByRole(body, "button").map((one) => one.textContent);
     expect(shown).toEqual(["HornG", "Lamp", "white", "red", "Look around"]);
@@ -96,7 +96,7 @@ describe("the robot's controls", () => {
     expect(queryByRole(body, "button", { name: /Siren/ })).toBe(null);
   });
 
-  it("are offered to observers and the host as far as the host lets them", () => {
+  it("are offered to observers and the host by the host's settings", () => {
     drives({ operator: BOB, watching: [ADA] });
     expect(getAllByRole(body, "button").map((one) => one.textContent)).toEqual(["Lamp"]);
     act(() => {
@@ -105,7 +105,7 @@ describe("the robot's controls", () => {
     expect(getAllByRole(body, "button").map((one) => one.textContent)).toEqual(["Lamp", "Siren"]);
   });
 
-  it("are no use to whoever drives while the person aboard has the robot", () => {
+  it("are disabled for the operator while the person aboard has the robot", () => {
     act(() => {
       const now = room({ operator: ADA, number: 7 });
       state.room.value = { ...now, aboard: aboard({ mode: "hand" }) };
@@ -114,7 +114,7 @@ describe("the robot's controls", () => {
     expect(button("Lamp").disabled).toBe(false);
   });
 
-  it("are not there where there are none, or elsewhere", () => {
+  it("are absent if the robot has none, or in a LiveKit room", () => {
     drives();
     act(() => {
       state.isInRoom.value = true;
@@ -155,7 +155,7 @@ describe("the robot's controls", () => {
     expect(horn.className).not.toContain("is-held");
   });
 
-  it("open no menu and take no focus from a finger", () => {
+  it("open no menu and take no focus on touch", () => {
     drives();
     for (const type of ["contextmenu", "mousedown"]) {
       const event = new MouseEvent(type, { bubbles: true, cancelable: true });
@@ -173,7 +173,7 @@ describe("the robot's controls", () => {
     expect(sent.at(-1)?.held).toEqual({});
   });
 
-  it("show what was set, at once and then as the room says", () => {
+  it("show a set value at once, then as in the room state", () => {
     drives();
     expect(button("Lamp").getAttribute("aria-pressed")).toBe("false");
     act(() => button("Lamp").click());
@@ -186,7 +186,7 @@ describe("the robot's controls", () => {
     expect(slider("Brightness").valueAsNumber).toBe(55);
   });
 
-  it("are chosen and slid", () => {
+  it("include choices and sliders", () => {
     drives();
     act(() => button("red").click());
     expect(sent.at(-1)?.wanted).toEqual({ light: 1 });
@@ -197,7 +197,7 @@ describe("the robot's controls", () => {
     expect(sent.at(-1)?.held).toEqual({});
   });
 
-  it("that move by a slider do so only while it is held", () => {
+  it("that move by a slider act only while it is held", () => {
     drives();
     const lift = slider("Lift");
     expect(lift.valueAsNumber).toBe(0);
@@ -214,7 +214,7 @@ describe("the robot's controls", () => {
     expect(sent.at(-1)?.held).toEqual({});
   });
 
-  it("that move let go of a key without a code whose release never comes", () => {
+  it("that move release a key without a code whose keyup never comes", () => {
     drives();
     const lift = slider("Lift");
     send(lift, "keydown", { key: "ArrowRight", metaKey: true });
@@ -227,7 +227,7 @@ describe("the robot's controls", () => {
     expect(sent.at(-1)?.held).toEqual({});
   });
 
-  it("that move wait while a stop is in force, the others do not", () => {
+  it("that move are disabled while a stop is in force, unlike others", () => {
     drives({ stop: pressedBy("Bob") });
     expect(button("Look around").disabled).toBe(true);
     expect(slider("Lift").disabled).toBe(true);
@@ -256,7 +256,7 @@ describe("gauges", () => {
 
   const chips = () => [...body.querySelectorAll(".chip")].map((one) => one.textContent);
 
-  it("tell each number with its unit, and nothing over the picture while all is well", () => {
+  it("show each number with its unit, and nothing over the picture while all is well", () => {
     tells({ gauges: { heat: 41.25 } });
     expect(getByRole(body, "region", { name: "The robot" }).textContent).toContain("Motors41.3 °C");
     expect(body.querySelector("meter")?.getAttribute("value")).toBe("41.25");
@@ -272,7 +272,7 @@ describe("gauges", () => {
     expect(body.querySelector(".gauge.is-stop")?.textContent).toContain("stops the robot");
   });
 
-  it("are not there where the host has none", () => {
+  it("are absent if the host has configured none", () => {
     drives();
     expect(queryByRole(body, "region")).toBe(null);
   });

@@ -35,7 +35,7 @@ describe("every control is found by its role and name", () => {
     expect(button(name)).toBeTruthy();
   });
 
-  it("offers who only watches nothing to drive with", () => {
+  it("offers an observer no controls to drive", () => {
     show({ watching: [1] });
     expect(queryByRole(body, "button", { name: "Forward" })).toBeNull();
     expect(queryByRole(body, "group", { name: "Speed" })).toBeNull();
@@ -67,7 +67,7 @@ describe("driving", () => {
     expect(getByText(body, "You are driving")).toBeTruthy();
   });
 
-  it("goes on by the arrow keys when Slow or Fast has the focus", () => {
+  it("works by the arrow keys while Slow or Fast has the focus", () => {
     show({ operator: 1 });
     const aborting = new AbortController();
     listenKeyboard(window, {
@@ -104,7 +104,7 @@ describe("driving", () => {
     aborting.abort();
   });
 
-  it("is said to be nearly over to who hears, once", () => {
+  it("is announced as nearly over once, for screen readers", () => {
     show({ operator: 1 });
     const ends = "10 seconds left.";
     const endsMs = state.room.value?.turn.ends_server_ms ?? 0;
@@ -141,7 +141,7 @@ describe("driving", () => {
     expect(actions.letGo).not.toHaveBeenCalled();
   });
 
-  it.each(["pointercancel", "lostpointercapture"])("lets go of everything on %s", (type) => {
+  it.each(["pointercancel", "lostpointercapture"])("releases everything on %s", (type) => {
     show({ operator: 1 });
     pointer(button("Forward"), "pointerdown", 1);
     pointer(button("Left"), "pointerdown", 2);
@@ -150,7 +150,7 @@ describe("driving", () => {
     expect(input.motion).toEqual({ linear: 0, angular: 0 });
   });
 
-  it.each(["Space", "Enter"])("works by holding %s on a button that has the focus", (code) => {
+  it.each(["Space", "Enter"])("works by holding %s on a focused button", (code) => {
     show({ operator: 1 });
     key(button("Back"), "keydown", code);
     expect(input.motion.linear).toBe(-1);
@@ -167,7 +167,7 @@ describe("driving", () => {
     expect(input.motion.linear).toBe(0);
   });
 
-  it("says why the robot stands", () => {
+  it("says why the robot does not move", () => {
     show({ operator: 1 });
     act(() => {
       state.driveReason.value = { code: "drive.too_old" };
@@ -186,7 +186,7 @@ describe("driving", () => {
     expect(getByRole(body, "slider", { name: "tilt" })).toBeTruthy();
   });
 
-  it("takes a slider that is held for a control that is held", () => {
+  it("counts a held slider as a held control", () => {
     show({ operator: 1 }, ["pan"]);
     const slider = getByRole(body, "slider", { name: "pan" });
     pointer(slider, "pointerdown", 4);

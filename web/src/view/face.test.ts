@@ -3,7 +3,7 @@ import { hello, pressedBy, room } from "../testing/messages";
 import { says } from "../words/said";
 import { face, type Seen } from "./face";
 
-/** A guest who watches a free robot. */
+/** A guest who watches an idle robot. */
 function seen(change: Partial<Seen> = {}, people: Parameters<typeof room>[0] = {}): Seen {
   const now = room({ watching: [1], ...people });
   return {
@@ -24,7 +24,7 @@ function seen(change: Partial<Seen> = {}, people: Parameters<typeof room>[0] = {
 const stop = pressedBy("Cleo");
 
 describe("a face for each state", () => {
-  it("before there is a connection: what happens, and nothing to press", () => {
+  it("connecting: what happens, and nothing to press", () => {
     const first = face(
       seen({ link: { is: "connecting", reason: null }, isConnected: false, hello: null, me: null }),
     );
@@ -37,7 +37,7 @@ describe("a face for each state", () => {
     expect(again).toMatchObject({ tone: "trouble", next: "" });
   });
 
-  it("lost: how long the place is kept", () => {
+  it("connection lost: how long the place is kept", () => {
     const lost = {
       link: { is: "waiting", retryAtMs: 0, reason: says("") },
       isConnected: false,
@@ -47,11 +47,11 @@ describe("a face for each state", () => {
     expect(words.next).toContain("to keep your turn");
   });
 
-  it("watching: one press to the queue", () => {
+  it("watching: one press joins the queue", () => {
     expect(face(seen())).toMatchObject({ headline: "Nobody is driving", queue: "join" });
   });
 
-  it("watching where strangers may not drive: why there is nothing to press", () => {
+  it("watching uninvited: why there is nothing to press", () => {
     const words = face(seen({ hello: hello({ viewer: 1, may_queue: false }) }));
     expect(words.queue).toBeNull();
     expect(words.note).toContain("Ask the host for a link");
@@ -70,21 +70,21 @@ describe("a face for each state", () => {
     expect(face(seen({ secondsLeft: 10 }, mine)).tone).toBe("ending");
   });
 
-  it("stopped: by whom, whoever one is, and who can end it", () => {
+  it("stopped: by whom, for every role, and who can release it", () => {
     const others = face(seen({}, { operator: 2, watching: [1], stop }));
     expect(others).toMatchObject({ tone: "stopped", headline: "Stopped by Cleo", releases: false });
     const mine = face(seen({ mayRelease: true }, { operator: 1, watching: [], stop }));
     expect(mine).toMatchObject({ tone: "stopped", releases: true, queue: "end", wait: null });
   });
 
-  it("a robot that does not answer is in the way of everybody", () => {
+  it("a robot that does not answer: trouble for everybody", () => {
     const words = seen();
     if (words.room)
       words.room = { ...words.room, robot: { ...words.room.robot, connected: false } };
     expect(face(words).tone).toBe("trouble");
   });
 
-  it("a turn that is over: thanks, and how long until the next", () => {
+  it("turn over: thanks, and how long until the next", () => {
     const words = face(seen({ isJustOver: true }, { operator: 2, waiting: [1], watching: [] }));
     expect(words.headline).toContain("Thanks for driving");
     expect(words.next).toContain("You are next");

@@ -1,6 +1,6 @@
 /**
- * What the page says about the turn: every state has one face, of a headline, what comes next, and
- * why something is as it is. A pure function of what is known.
+ * What the page says about the turn: every state has one face, with a headline, what comes next,
+ * and why. A pure function of the state.
  */
 
 import type { MissedCall } from "../call";
@@ -18,17 +18,17 @@ import {
   waitWords,
 } from "./words";
 
-/** How the card looks: not connected yet, nothing to do, driving, nearly over, stopped, or something in the way. */
+/** How the card looks. */
 export type Tone = "connecting" | "calm" | "driving" | "ending" | "stopped" | "trouble";
 
 export interface Face extends TurnWords {
   tone: Tone;
   note: string | null;
-  /** Roughly how long until their turn, for who waits; it changes often and is not read out. */
+  /** The estimated wait, for a queued viewer; it changes often and is not read out. */
   wait: string | null;
-  /** Whether this viewer can release the stop that is in force. */
+  /** Whether this viewer can release the stop in force. */
   releases: boolean;
-  /** What the large button does; null where there is nothing to press. */
+  /** What the large button does; null for no button. */
   queue: "join" | "leave" | "end" | null;
 }
 
@@ -47,7 +47,7 @@ export interface Seen {
   isJustOver: boolean;
 }
 
-/** The card warns of the turn's end so long before it. */
+/** How long before the turn's end the card warns. */
 export const ENDING_S = 10;
 
 export function face(seen: Seen): Face {
@@ -66,7 +66,7 @@ export function face(seen: Seen): Face {
   const isInTheWay = room !== null && (room.robot.problem !== null || !room.robot.connected);
   if (isInTheWay) return { ...common, tone: "trouble" };
   if (seen.isJustOver) {
-    // The place in the queue, and the wait beside it, are also when this viewer may drive again.
+    // The headline's place in the queue, with the wait, also says when this viewer drives again.
     return { ...common, tone: "calm", headline: t("face.thanks"), next: words.headline };
   }
   if (queue === null && me?.role === "observer") {

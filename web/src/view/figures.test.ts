@@ -14,7 +14,7 @@ import {
   skewWords,
 } from "./figures";
 
-it("writes a dash where nothing is known", () => {
+it("writes a dash for unknown values", () => {
   expect(msWords(null)).toBe("–");
   expect(ageWords(null, 3)).toBe("–");
   expect(skewWords(null)).toBe("–");
@@ -23,27 +23,27 @@ it("writes a dash where nothing is known", () => {
   expect(reasons(null, null, BROWSER)).toEqual([]);
 });
 
-it("names how it plays as the choice does, and never by a code", () => {
+it("names the playback policy as the choice does, never by a code", () => {
   expect(policyWords("audio-master")).toBe("Smooth");
   expect(policyWords("video-first")).toBe("Immediate");
   expect(policyWords("thesis")).toBe("as in the thesis");
   expect([policyWords(undefined), policyWords("newer")]).toEqual(["–", "–"]);
 });
 
-it("writes times, and how wrong an age can be, never less than it is", () => {
+it("writes times, and an age's error rounded up", () => {
   expect(msWords(34.4)).toBe("34 ms");
   expect(msWords(12_300)).toBe("12 s");
   expect(ageWords(46.2, 2.1)).toBe("46 ms ± 3");
   expect(ageWords(46.2, null)).toBe("46 ms");
 });
 
-it("writes which of the two comes first", () => {
+it("writes whether picture or sound comes first", () => {
   expect(skewWords(46)).toBe("sound 46 ms later");
   expect(skewWords(-4)).toBe("sound 4 ms earlier");
   expect(skewWords(0.2)).toBe("in step");
 });
 
-it("writes how often it broke", () => {
+it("writes the number of breaks", () => {
   expect(breakWords({ count: 0, longestMs: 0 })).toBe("none");
   expect(breakWords({ count: 2, longestMs: 119.6 })).toBe("2, longest 120 ms");
 });

@@ -43,7 +43,7 @@ export function breakWords(breaks: Breaks | null): string {
   return t("figures.breaks", { count: figure(count), longest: msWords(longestMs) });
 }
 
-/** How picture and sound are played, as `Timing` offers it. */
+/** The playback policy, by its name in `Timing`. */
 export function policyWords(policy: string | undefined): string {
   const name = POLICY_NAMES[policy ?? ""];
   return name ? t(name) : UNKNOWN;
@@ -90,7 +90,7 @@ export function linkWords(served: Served | null): string {
   });
 }
 
-/** Why no more is sent, and why it plays with this delay: sentences from the server. */
+/** Why no more is sent, and why it plays with this delay, in the server's sentences. */
 export function reasons(
   playout: Playout | null,
   served: Served | null,

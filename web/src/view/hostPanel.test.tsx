@@ -49,7 +49,7 @@ describe("the host's panel", () => {
     });
   }
 
-  it("is the host's alone", () => {
+  it("is only for the host", () => {
     show({ watching: [1] });
     expect(queryByRole(body, "button", { name: "Host" })).toBeNull();
     act(() => {
@@ -60,7 +60,7 @@ describe("the host's panel", () => {
     expect(panel()).toBeTruthy();
   });
 
-  it("tells who is here, and how they are connected", () => {
+  it("shows who is here, and how they are connected", () => {
     showPeople();
     const people = getByRole(panel(), "list").textContent;
     expect(people).toContain("Bob drivinginvited");
@@ -68,7 +68,7 @@ describe("the host's panel", () => {
     expect(people).toContain("Ada watchinghost");
   });
 
-  it("offers nothing against a host", () => {
+  it("offers no action against a host", () => {
     showPeople();
     expect(getAllByRole(panel(), "button", { name: "Remove…" })).toHaveLength(1);
   });
@@ -77,7 +77,7 @@ describe("the host's panel", () => {
     state.console.value = hostConsole(some);
   }
 
-  it("tells who pressed Stop, and asks before it ignores an address", () => {
+  it("shows who pressed Stop, and asks before it ignores an address", () => {
     showHost();
     expect(queryByText(panel(), "Who pressed Stop")).toBeNull();
     const by = { code: "by.named", values: { name: "Eve" } };
@@ -94,7 +94,7 @@ describe("the host's panel", () => {
     );
   });
 
-  it("says which program takes no events, as long as that is so", () => {
+  it("shows which hook takes no events while that lasts", () => {
     showHost();
     const hook = "1 (example.org)";
     const why = { code: "unreachable.silent", values: { limit: 3 } };
@@ -117,7 +117,7 @@ describe("the host's panel", () => {
     asked({ type: "sign_out_others" });
   });
 
-  it("asks once before it removes somebody, and takes no for an answer", () => {
+  it("asks once before it removes somebody, and can be cancelled", () => {
     showPeople();
     act(() => within("Remove…").click());
     expect(getByRole(panel(), "alert").textContent).toBe("Remove Bob?");
@@ -130,7 +130,7 @@ describe("the host's panel", () => {
     asked({ type: "remove", viewer: 2, ban: false }, { type: "remove", viewer: 2, ban: true });
   });
 
-  it("mutes a Stop, pauses the queue and ends this turn, no other", () => {
+  it("mutes a Stop, pauses the queue and ends only this turn", () => {
     showPeople();
     act(() => within("Mute their Stop").click());
     act(() => getByRole(panel(), "switch", { name: "Pause the queue" }).click());
@@ -143,7 +143,7 @@ describe("the host's panel", () => {
     );
   });
 
-  it("asks before it closes; locks, and shows or hides the picture, at one press", () => {
+  it("asks before it closes, but locks and blanks at one press", () => {
     showHost();
     act(() => within("Only invited people").click());
     act(() => within("Close for today…").click());
@@ -156,7 +156,7 @@ describe("the host's panel", () => {
     );
   });
 
-  it("opens again what is closed", () => {
+  it("reopens", () => {
     showHost();
     act(() => {
       const now = room({ watching: [1] });
@@ -183,7 +183,7 @@ describe("the host's panel", () => {
     expect(field.value).toBe(`${origin}/#invite=tok`);
   });
 
-  it("invites to the page where it is, also below a proxy's path", () => {
+  it("invites to the page's own address, also below a proxy's path", () => {
     window.history.replaceState(null, "", "/robot/?lang=en");
     state.invitation.value = invitation("");
     showHost();
@@ -192,7 +192,7 @@ describe("the host's panel", () => {
     window.history.replaceState(null, "", "/");
   });
 
-  it("has the line for other sites where the page says that there is one", async () => {
+  it("has the line for other sites if the page offers one", async () => {
     const html = '<iframe src="https://robot.example.org/?view=embed"></iframe>';
     const fetching = vi.fn(async () => new Response(JSON.stringify({ html })));
     vi.stubGlobal("fetch", fetching);
@@ -224,7 +224,7 @@ describe("the host's panel", () => {
     asked({ type: "limit_speed", fraction: 0.5 });
   });
 
-  it("shows a message to all, and takes it away", () => {
+  it("shows a message to all, and removes it", () => {
     showHost();
     const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Message to all" });
     act(() => {
@@ -246,7 +246,7 @@ describe("the host's panel", () => {
   });
 });
 
-it("tells everybody that nobody new can come, while the door does not lead here", () => {
+it("tells everybody that nobody new can join while the tunnel is down", () => {
   act(() => {
     state.room.value = { ...room({ watching: [1] }), no_way_in: { code: "tunnel.nobody_new" } };
   });
@@ -272,13 +272,13 @@ describe("a message with an end", () => {
     expect(actions.actAsHost).toHaveBeenCalledWith({ type: "announce", text: "Tea", for_s });
   });
 
-  it("says until when, as a clock at the reader's shows it", () => {
+  it("says until when, in the reader's time", () => {
     vi.setSystemTime(new Date(2026, 10, 26, 12, 30, 20));
     show({ watching: [1] });
     act(() => {
       const now = room({ watching: [1] });
       now.host_settings.message = "Tea";
-      // Two hours and a half after what the server's clock shows here, but for those 20 s.
+      // Two and a half hours after the server's time here, minus 20 s.
       now.host_settings.message_ends_server_ms = 18_000 + 8_980_300;
       state.room.value = now;
     });
@@ -288,14 +288,14 @@ describe("a message with an end", () => {
 });
 
 describe("the proof of the stop", () => {
-  it("is the host's", () => {
+  it("is only for the host", () => {
     show({ watching: [1] });
     expect(queryByText(body, "Prove the stop…")).toBeNull();
     showHost();
     expect(getByText(body, "Prove the stop…")).toBeTruthy();
   });
 
-  it("starts only after the word that the wheels are off the floor, anew for each", () => {
+  it("starts only after a new confirmation that the wheels are off the floor", () => {
     showHost();
     const box = getByRole<HTMLInputElement>(body, "checkbox", {
       name: "The wheels are off the floor",
@@ -309,7 +309,7 @@ describe("the proof of the stop", () => {
     expect(button("Prove it now").disabled).toBe(true);
   });
 
-  it("shows how far it is, and where its record lies", () => {
+  it("shows its progress, and where its record is", () => {
     showHost();
     act(() => {
       state.proof.value = {

@@ -90,7 +90,7 @@ describe("the joystick", () => {
     stick.getBoundingClientRect = () => new DOMRect(100, 100, 200, 200);
   });
 
-  /** Touches, moves or lifts a finger so far right and down of the middle. */
+  /** Touches, moves or lifts a finger this far right and down of the middle. */
   function finger(type: string, right = 0, down = 0, pointerId = 1, button = 0): void {
     const [clientX, clientY] = [200 + right, 200 + down];
     const more = { bubbles: true, cancelable: true, pointerId, button, clientX, clientY };
@@ -105,13 +105,13 @@ describe("the joystick", () => {
 
   const isInTheMiddle = () => knob.style.translate === "0% 0%";
 
-  it("has a name, and says how else one drives", () => {
+  it("has a name, and describes the alternative", () => {
     expect(stick.getAttribute("aria-describedby")).toBe("joystick-help");
     expect(document.getElementById("joystick-help")?.textContent).toContain("keys");
     expect(stick.tabIndex).toBe(0);
   });
 
-  it("holds the dead-man in its middle, and moves as far as it is pushed", () => {
+  it("holds the dead-man switch in its middle, and moves in proportion to the push", () => {
     finger("pointerdown");
     expect(input.isHolding).toBe(true);
     expect(input.motion).toEqual({ linear: 0, angular: 0 });
@@ -126,7 +126,7 @@ describe("the joystick", () => {
     expect(isInTheMiddle()).toBe(false);
   });
 
-  it("moves nothing by a touch alone, wherever that lands, and counts the push from there", () => {
+  it("moves nothing by a touch alone, wherever it lands, and measures the push from there", () => {
     finger("pointerdown", 60, -60);
     expect(input.isHolding).toBe(true);
     expect(input.motion).toEqual({ linear: 0, angular: 0 });
@@ -134,7 +134,7 @@ describe("the joystick", () => {
     expect(input.motion).toEqual({ linear: 1, angular: 0 });
   });
 
-  it.each(["pointerup", "pointercancel", "lostpointercapture"])("lets go by %s", (type) => {
+  it.each(["pointerup", "pointercancel", "lostpointercapture"])("releases on %s", (type) => {
     push(0, -70);
     expect(input.motion.linear).toBe(1);
     finger(type, 0, -70);
@@ -145,7 +145,7 @@ describe("the joystick", () => {
     expect(input.isHolding).toBe(false);
   });
 
-  it("takes no second finger, and lets it end nothing", () => {
+  it("ignores a second finger", () => {
     push(0, -70);
     finger("pointerdown", 0, 70, 2);
     finger("pointermove", 0, 70, 2);
@@ -156,7 +156,7 @@ describe("the joystick", () => {
     expect(input.isHolding).toBe(false);
   });
 
-  it("springs back when all is released, and moves nothing until it is taken again", () => {
+  it("springs back when everything is released, and moves nothing until it is taken again", () => {
     push(0, -70);
     act(() => input.releaseAll());
     expect(isInTheMiddle()).toBe(true);
@@ -169,13 +169,13 @@ describe("the joystick", () => {
     expect(input.motion.linear).toBe(1);
   });
 
-  it("lets go when it is taken off the page", () => {
+  it("releases when it is removed from the page", () => {
     push(0, -70);
     undraw();
     expect(input.isHolding).toBe(false);
   });
 
-  it("does nothing by another button of the mouse, or while this page may not move", () => {
+  it("ignores other mouse buttons, and any touch while this page may not move", () => {
     finger("pointerdown", 0, -70, 1, 2);
     expect(input.isHolding).toBe(false);
     act(() => {
@@ -189,7 +189,7 @@ describe("the joystick", () => {
 });
 
 describe("the axes", () => {
-  it("have a slider each, which names its keys, and one button for the middle", () => {
+  it("have a slider each, with its keys, and one button to centre them", () => {
     const sliders = getAllByRole(getByRole(body, "group", { name: "Axes" }), "slider");
     expect(sliders.map((one) => one.getAttribute("aria-keyshortcuts"))).toEqual(["J L", "I K"]);
     expect(sliders.map((one) => one.getAttribute("dir"))).toEqual(["rtl", "ltr"]);
@@ -209,7 +209,7 @@ describe("the axes", () => {
 });
 
 describe("an axis that a key without a code holds", () => {
-  it("is let go where the release never comes", () => {
+  it("is released if the keyup never comes", () => {
     vi.useFakeTimers();
     const slider = getByRole(body, "slider", { name: "pan" });
     key(slider, "keydown", "", "ArrowLeft");
@@ -220,8 +220,8 @@ describe("an axis that a key without a code holds", () => {
   });
 });
 
-describe("what is offered to a switch", () => {
-  it("is shown while something is, with a button for each switch", () => {
+describe("the offer to a switch", () => {
+  it("is shown, with a button for each switch", () => {
     expect(queryByRole(body, "group", { name: "On offer" })).toBeNull();
     act(() => {
       state.scan.value = "left";
@@ -242,7 +242,7 @@ describe("what is offered to a switch", () => {
 });
 
 describe("the way to drive", () => {
-  it("is chosen, and clicks only where the host allows them", () => {
+  it("is chosen, clicks only if the host allows them", () => {
     const clicks = getByRole<HTMLInputElement>(body, "radio", { name: "Clicks" });
     expect(clicks.disabled).toBe(true);
     act(() => getByRole(body, "radio", { name: "Steps" }).click());
@@ -253,7 +253,7 @@ describe("the way to drive", () => {
     expect(clicks.disabled).toBe(false);
   });
 
-  it("has its own settings: of a step its length, of switches how many and how long", () => {
+  it("has its own settings: a step's length, the number of switches and their time", () => {
     expect(queryByRole(body, "slider", { name: /Length of a step/ })).toBeNull();
     prefer({ way: "scan" });
     const length = getByRole<HTMLInputElement>(body, "slider", { name: /Length of a step/ });
@@ -293,7 +293,7 @@ describe("a gamepad", () => {
   });
 });
 
-describe("what is said of a gamepad", () => {
+describe("the status of a gamepad", () => {
   const shown = (layout: "standard" | "unknown" | "bare", more: Partial<PadState>) => {
     const found = [{ index: 1, id: "Stick", layout }];
     act(() => {
@@ -302,7 +302,7 @@ describe("what is said of a gamepad", () => {
     return body.querySelector(".ways-group p[aria-live]")?.textContent?.trim();
   };
 
-  it("names what holds, and advises buttons that are read", () => {
+  it("names what is held, and only buttons that work", () => {
     plugIn([]);
     const held = [
       { kind: "axis", at: 1 },
@@ -319,7 +319,7 @@ describe("what is said of a gamepad", () => {
   });
 });
 
-describe("where an axis of a gamepad rests", () => {
+describe("the rest of a gamepad's axis", () => {
   const button = () => queryByRole(body, "button", { name: "This is how it rests" });
   const holds = (held: PadState["held"], more: Partial<PadState> = {}) => {
     const found = [{ index: 1, id: "Stick", layout: "unknown" as const }];
@@ -328,7 +328,7 @@ describe("where an axis of a gamepad rests", () => {
     });
   };
 
-  it("is asked where an axis holds, and kept if they stood still", () => {
+  it("can be set if an axis seems held, and is stored if the axes are still", () => {
     plugIn([]);
     holds([{ kind: "button", at: 1 }]);
     expect(button()).toBeNull();
@@ -358,7 +358,7 @@ describe("the keys", () => {
     act(() => getByRole(body, "button", { name: `Add a key for “${name}”` }).click());
   }
 
-  it("are changed by pressing the new one, which does nothing else meanwhile", () => {
+  it("are changed by pressing a new one, which does nothing else meanwhile", () => {
     const elsewhere = vi.fn();
     window.addEventListener("keydown", elsewhere);
     asks("Forward");
@@ -371,10 +371,10 @@ describe("the keys", () => {
     window.removeEventListener("keydown", elsewhere);
   });
 
-  it("listen for one key as soon as they ask for it, and for no second one", async () => {
+  it("listen for one key as soon as they ask for it, and for only one", async () => {
     const elsewhere = vi.fn();
     window.addEventListener("keydown", elsewhere);
-    // Without `act`, which would wait for what comes some frames later.
+    // Without `act`, which would wait some frames.
     const says = (what: string) =>
       eventually(() => expect(told()?.slice(0, what.length || 1)).toBe(what), 1);
     const press = (code: string) =>
@@ -401,7 +401,7 @@ describe("the keys", () => {
     expect(state.preferences.value.keys).toEqual(DEFAULT_KEYS);
   });
 
-  it("are taken by their names from what tells no code, and asked for again by what tells none", () => {
+  it("without a code are taken by their names, and without a name are ignored", () => {
     asks("Forward");
     key(body, "keydown", "", "Process");
     expect(told()).toContain("Press the new key for “Forward”");
@@ -416,7 +416,7 @@ describe("the keys", () => {
     expect(told()).toContain("Space is already the key for “Stop”");
   });
 
-  it("leave the focus beside the one that was taken away with a keyboard", () => {
+  it("move the focus to the neighbour of a key removed by keyboard", () => {
     const button = (name: string) => getByRole(body, "button", { name });
     const click = (name: string, detail: number) =>
       act(() => {
@@ -427,14 +427,14 @@ describe("the keys", () => {
     expect(document.activeElement).toBe(button("Take W away from “Forward”"));
     click("Take W away from “Forward”", 0);
     expect(document.activeElement).toBe(button("Add a key for “Forward”"));
-    // One that is not taken away keeps it; a pointer leaves it nowhere, so that Space still stops.
+    // A key that stays keeps the focus; after a pointer nothing has it, so that Space still stops.
     click("Take Space away from “Stop”", 0);
     expect(document.activeElement).toBe(button("Take Space away from “Stop”"));
     click("Take S away from “Back”", 1);
     expect(document.activeElement?.closest("li")).toBeFalsy();
   });
 
-  it("are taken away, but Space is not, and all come back", () => {
+  it("are removed, except Space, and can all be reset", () => {
     act(() => getByRole(body, "button", { name: "Take W away from “Forward”" }).click());
     expect(state.preferences.value.keys.forward).toEqual(["ArrowUp"]);
     act(() => getByRole(body, "button", { name: "Take Space away from “Stop”" }).click());
@@ -443,7 +443,7 @@ describe("the keys", () => {
     expect(state.preferences.value.keys).toEqual(DEFAULT_KEYS);
   });
 
-  it("are shown only for what this robot has", () => {
+  it("are shown only for actions that this robot supports", () => {
     const names = () => getAllByRole(body, "listitem").map((one) => one.textContent);
     expect(names().some((one) => one?.includes("First axis"))).toBe(true);
     act(() => {

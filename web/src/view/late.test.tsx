@@ -47,7 +47,7 @@ const link = (bps: number, operator?: number) =>
     session.state.room.value = room(operator ? { operator } : { watching: [1] });
   });
 
-it("is loaded where it is shown, and once", async () => {
+it("is loaded once, when first shown", async () => {
   const Part = late(importPart);
   expect(importPart).not.toHaveBeenCalled();
   await show(Part);
@@ -58,7 +58,7 @@ it("is loaded where it is shown, and once", async () => {
   expect(importPart).toHaveBeenCalledOnce();
 });
 
-it("says that it loads, and what to do where that fails", async () => {
+it("says that it is loading, and what to do if that fails", async () => {
   let fail = (_why: Error) => {};
   importPart.mockImplementationOnce(
     () =>
@@ -74,7 +74,7 @@ it("says that it loads, and what to do where that fails", async () => {
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("is tried again where it is shown again", async () => {
+it("is retried when it is shown again", async () => {
   importPart.mockRejectedValueOnce(new Error("no network"));
   const Part = late(importPart);
   await show(Part);
@@ -83,7 +83,7 @@ it("is tried again where it is shown again", async () => {
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("waits while a thin link is driven over, says so, and comes when the turn is over", async () => {
+it("waits while driving needs a thin link, says so, and loads after the turn", async () => {
   await link(48_000, 1);
   await show(late(importPart));
   expect(getByText(body, WAITS)).toBeTruthy();
@@ -93,7 +93,7 @@ it("waits while a thin link is driven over, says so, and comes when the turn is 
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("is shown over a thin link where it is there already", async () => {
+it("is shown over a thin link if it is loaded already", async () => {
   const Part = late(importPart);
   await show(Part);
   await hide();
@@ -102,13 +102,13 @@ it("is shown over a thin link where it is there already", async () => {
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("is loaded over a thin link where driving itself needs it", async () => {
+it("is loaded over a thin link if driving itself needs it", async () => {
   await link(48_000, 1);
   await show(late(importPart, { isForDriving: true }));
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("says nothing over the picture, neither while it loads nor where that fails", async () => {
+it("shows nothing over the picture while it loads or if that fails", async () => {
   importPart.mockRejectedValueOnce(new Error("no network"));
   const Part = late(importPart, { isForDriving: true, isOverPicture: true });
   await show(Part);
@@ -119,7 +119,7 @@ it("says nothing over the picture, neither while it loads nor where that fails",
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("waits after a failure, too, where the link became thin meanwhile", async () => {
+it("waits also after a failure if the link became thin meanwhile", async () => {
   importPart.mockRejectedValueOnce(new Error("no network"));
   await show(late(importPart));
   await link(48_000, 1);
@@ -129,7 +129,7 @@ it("waits after a failure, too, where the link became thin meanwhile", async () 
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("comes with the words that the first load lacks, except for driving", async () => {
+it("loads the words that the first load lacks, except for driving", async () => {
   const learnLater = vi.spyOn(words, "learnLater");
   await show(late(importPart, { isForDriving: true }));
   expect(learnLater).not.toHaveBeenCalled();

@@ -9,9 +9,9 @@ type Part<Props> =
   | { is: "there"; Show: FunctionComponent<Props> };
 
 /**
- * Makes a component of a part that few pages need, loaded once where one is shown: never while a
- * thin link is driven over, except what driving itself needs, whose words are in the first load.
- * What is drawn over the picture says nothing until it is there.
+ * Makes a component of a part that few pages need; it is loaded once, when first shown. While
+ * driving needs all of a thin link, only parts that driving itself needs are loaded; their words
+ * are in the first load. A part drawn over the picture shows nothing until it is loaded.
  */
 export function late<Props extends object>(
   importPart: () => Promise<FunctionComponent<Props>>,
@@ -19,7 +19,7 @@ export function late<Props extends object>(
 ) {
   const part = signal<Part<Props>>({ is: "no" });
 
-  /** Loads it, again after a failure. */
+  /** Loads the part, and retries after a failure. */
   const load = async (): Promise<void> => {
     if (part.peek().is === "loading" || part.peek().is === "there") return;
     part.value = { is: "loading" };

@@ -1,4 +1,4 @@
-/** Whether what is seen is what the robot sees now. Pure. */
+/** Whether the picture shows what the robot sees now. Pure. */
 
 import type { State } from "../state";
 

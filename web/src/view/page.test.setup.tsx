@@ -1,4 +1,4 @@
-/** The whole page with a real state and real input, but no connection, for the tests of its parts. */
+/** The whole page with real state and input but without a connection, for tests of its parts. */
 import { getByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
@@ -20,7 +20,7 @@ export let input: InputState;
 export const body = document.body;
 let levels: number[] = [];
 
-/** Call it once in a file: before each of its tests the page is drawn anew. */
+/** Call it once per file: it draws the page anew before each test. */
 export function drawsPage(): void {
   beforeAll(async () => {
     for (const part of [HostPanel, RulesPanel, WaysPanel]) await part.load();
@@ -49,7 +49,7 @@ function draw(): void {
   act(() => render(<App session={whole} />, body));
 }
 
-/** Real input, which this state shows. */
+/** Real input, connected to this state. */
 export function inputTo(state: State): InputState {
   const changed = () => {
     state.held.value = new Set(DIRECTIONS.filter((one) => made.holds(one)));
@@ -86,7 +86,7 @@ export function open(tab: string): void {
   act(() => button(tab).click());
 }
 
-/** What a pointer does to an element; its captures are returned. */
+/** Dispatches a pointer event to an element; returns its captures. */
 export function pointer(element: Element, type: string, pointerId = 1) {
   const capture = vi.fn<(pointerId: number) => void>();
   element.setPointerCapture = capture;
@@ -105,7 +105,7 @@ export function key(element: Element, type: string, code: string, more: Keyboard
   });
 }
 
-/** Shows the page of a host, with what the server tells only them. */
+/** Shows a host's page, with the messages that only hosts get. */
 export function showHost(options: Parameters<typeof room>[0] = { watching: [1] }): void {
   show(options);
   act(() => {

@@ -10,7 +10,7 @@ drawsPage();
 describe("a panel", () => {
   const close = () => button("Close the panel");
 
-  it("gives the keyboard back to its tab when it is closed with a key", () => {
+  it("returns the focus to its tab when it is closed with a key", () => {
     for (const shut of [
       () => close().click(),
       () => close().dispatchEvent(new KeyboardEvent("keydown", { key: "Escape", bubbles: true })),
@@ -22,7 +22,7 @@ describe("a panel", () => {
     }
   });
 
-  it("leaves the keyboard to driving when it is closed by a pointer", () => {
+  it("leaves the keys to driving when it is closed by a pointer", () => {
     act(() => button("Settings").click());
     act(() => {
       close().dispatchEvent(new MouseEvent("click", { detail: 1, bubbles: true }));
@@ -31,7 +31,7 @@ describe("a panel", () => {
   });
 });
 
-it("says how many watch where they are too many to name", () => {
+it("shows how many watch if they are too many to name", () => {
   show({ watching: [1] });
   expect(queryByText(body, /people watch/)).toBeNull();
   act(() => {
@@ -76,7 +76,7 @@ it("shows how well it plays, what is sent and why", () => {
   expect(getByText(body, "the picture follows the sound")).toBeTruthy();
 });
 
-it("never shows a delay below nothing, whatever the clocks' error", () => {
+it("never shows a negative delay, whatever the clocks' error", () => {
   show({ watching: [1] });
   act(() => {
     state.facts.value = { ...state.facts.value, pictureMs: -1.4 };
@@ -84,7 +84,7 @@ it("never shows a delay below nothing, whatever the clocks' error", () => {
   expect(button(/^Delay/).textContent).toBe("Delay0 ms");
 });
 
-it("does not take a page for the operator's that watches in a room", () => {
+it("does not mistake a page in a LiveKit room for the operator's", () => {
   show({ operator: 1 });
   expect(state.mayMove.value).toBe(true);
   act(() => {

@@ -10,7 +10,7 @@ import { PathArc } from "./Views";
 
 drawsPage();
 
-it("has the predicted path loaded once there is a picture to draw it on", async () => {
+it("loads the predicted path once there is a picture to draw it on", async () => {
   const camera = { height_m: 0.3, tilt_deg: 30, fov_deg: 75, axis_row: 0.5 };
   const path = () => body.querySelector(".path-arc");
   const sees = (pictureMs: number | null) =>
@@ -31,7 +31,7 @@ it("has the predicted path loaded once there is a picture to draw it on", async 
 });
 
 describe("sound and picture", () => {
-  it("offers sound until the sound was decided on", () => {
+  it("offers sound until the user has decided", () => {
     expect(queryByRole(body, "button", { name: "Turn sound on" })).toBeTruthy();
     button("Turn sound on").click();
     expect(actions.start).toHaveBeenCalledOnce();
@@ -41,7 +41,7 @@ describe("sound and picture", () => {
     expect(queryByRole(body, "button", { name: "Turn sound on" })).toBeNull();
   });
 
-  it("offers no sound where there is nothing to hear", () => {
+  it("offers no sound if there is nothing to hear", () => {
     show({ watching: [1] });
     expect(queryByRole(body, "button", { name: "Turn sound on" })).toBeTruthy();
     act(() => {
@@ -53,7 +53,7 @@ describe("sound and picture", () => {
     expect(body.textContent).toContain("This robot has no microphone.");
   });
 
-  it("switches each by itself", () => {
+  it("switches each separately", () => {
     show({ watching: [1] });
     const sound = getByRole(body, "switch", { name: "Sound" });
     expect(sound.getAttribute("aria-checked")).toBe("false");
@@ -74,7 +74,7 @@ describe("sound and picture", () => {
     });
   }
 
-  it("bounds the picture's size", () => {
+  it("limits the picture's size", () => {
     show({ watching: [1] });
     open("Settings");
     const select = getByRole(body, "combobox", { name: "Picture size" });
@@ -84,7 +84,7 @@ describe("sound and picture", () => {
     expect(actions.setSize).toHaveBeenCalledWith("320x240");
   });
 
-  it("offers no choice where one policy holds for everybody", () => {
+  it("offers no choice if one policy holds for everybody", () => {
     show({ watching: [1] });
     open("Settings");
     act(() => {
@@ -94,7 +94,7 @@ describe("sound and picture", () => {
     expect(queryByRole(body, "radio", { name: "Immediate" })).toBeNull();
   });
 
-  it("says quietly that the link cannot carry both in step, for as long as that is so", () => {
+  it("says, without an alarm, that the link cannot carry both in step while that lasts", () => {
     const words = "Your connection is slow: picture and sound play as soon as they arrive.";
     show({ watching: [1] });
     act(() => {
@@ -107,7 +107,7 @@ describe("sound and picture", () => {
     expect(queryByText(body, words)).toBeNull();
   });
 
-  it("says calmly that the picture is off", () => {
+  it("says, without an alarm, that the picture is off", () => {
     show({ watching: [1] });
     act(() => {
       state.preferences.value = { ...state.preferences.value, picture: false };
@@ -126,7 +126,7 @@ describe("sound and picture", () => {
     expect(getByText(body, "Camera: it was unplugged")).toBeTruthy();
   });
 
-  it("says why nobody drives by a picture of unknown age, and shows no age", () => {
+  it("says why nobody can drive by a picture of unknown age, and shows no age", () => {
     show({ watching: [1] });
     act(() => {
       const undated = { code: "drive.undated", values: {} };
@@ -156,19 +156,19 @@ describe("the level of the sound", () => {
     );
   };
 
-  it("is of two ears where there are two", async () => {
+  it("is shown per ear in stereo", async () => {
     expect(await shown(2, [0.5, 0.25])).toEqual([
       ["Sound level, left", 0.5],
       ["Sound level, right", 0.25],
     ]);
   });
 
-  it("is one where the sound is mono, or the player does not tell them apart", async () => {
+  it("is one for mono sound, or if the player does not distinguish the ears", async () => {
     expect(await shown(1, [0.5, 0.5])).toEqual([["Sound level", 0.5]]);
     expect(await shown(2, [0.25])).toEqual([["Sound level", 0.25]]);
   });
 
-  it("is not shown where nobody knows it, or the sound is off", async () => {
+  it("is not shown if it is unknown or the sound is off", async () => {
     expect(await shown(2, [])).toEqual([]);
     await shown(2, [0.5, 0.5]);
     act(() => {
@@ -178,7 +178,7 @@ describe("the level of the sound", () => {
   });
 });
 
-it("tells a slow connection, and not as a problem", () => {
+it("reports a slow connection, but not as a problem", () => {
   show({ watching: [1] });
   const slow = /^Your connection is slow/;
   expect(queryByText(body, slow)).toBeNull();
@@ -194,7 +194,7 @@ describe("a picture that is not live", () => {
   const isGrey = () =>
     getByRole(body, "region", { name: "Picture" }).classList.contains("is-greyed");
 
-  it("is grey while the server does not answer, and the page says for how long", () => {
+  it("is grey while the server does not answer, with the time", () => {
     show({ watching: [1] });
     act(() => {
       state.facts.value = { ...state.facts.value, pictureMs: 46 };
@@ -215,7 +215,7 @@ describe("a picture that is not live", () => {
     expect(queryByText(body, NOT_LIVE)).toBeNull();
   });
 
-  it("is grey when it has stood for long over a link that lives", () => {
+  it("is grey when it has been frozen for long on a working link", () => {
     show({ watching: [1] });
     act(() => {
       state.facts.value = { ...state.facts.value, pictureMs: 1700 };
@@ -224,7 +224,7 @@ describe("a picture that is not live", () => {
     expect(getByText(body, "The picture is 1700 ms old.")).toBeTruthy();
   });
 
-  it("is not read out again with each new figure of its age, or second without an answer", () => {
+  it("is not read out again with each new age or each second without an answer", () => {
     show({ watching: [1] });
     act(() => {
       state.facts.value = { ...state.facts.value, pictureMs: 1700 };
@@ -244,7 +244,7 @@ describe("a picture that is not live", () => {
     expect(told.textContent).toBe("Reconnecting… The server is gone.");
   });
 
-  it("is spoken of once only", () => {
+  it("is mentioned only once", () => {
     show({ watching: [1] });
     act(() => {
       state.facts.value = { ...state.facts.value, pictureMs: 1700 };
@@ -254,7 +254,7 @@ describe("a picture that is not live", () => {
     expect(queryByText(body, "The picture is 1700 ms old.")).toBeNull();
   });
 
-  it("is not spoken of where the picture is off", () => {
+  it("is not mentioned if the picture is off", () => {
     show({ watching: [1] });
     act(() => {
       state.preferences.value = { ...state.preferences.value, picture: false };
@@ -289,7 +289,7 @@ describe("cameras beside the driving view", () => {
     expect(queryByRole(body, "button", { name: "Make Driving view large" })).toBeNull();
   });
 
-  it("the driving view stays in sight beside a large one, and is called so", () => {
+  it("leave the driving view visible, with its name, beside a large one", () => {
     showTwo({ driving: true, large: 0 });
     const views = body.querySelectorAll(".view");
     expect([...views].map((one) => one.querySelector("video") !== null)).toEqual([
@@ -304,7 +304,7 @@ describe("cameras beside the driving view", () => {
     expect(actions.enlarge).toHaveBeenCalledWith(null);
   });
 
-  it("say why nothing is seen: the camera's own words, or the connection", () => {
+  it("say why they show nothing: the camera's own words, or the connection", () => {
     showTwo();
     act(() => {
       const failing = [{ problem: says("Door: The plug is out.") }, fine];
@@ -316,7 +316,7 @@ describe("cameras beside the driving view", () => {
     expect(body.querySelectorAll(".view.is-old")).toHaveLength(2);
   });
 
-  it("are greyed once they show nothing new", () => {
+  it("turn grey once they show nothing new", () => {
     showTwo();
     act(() => {
       state.staleCameras.value = new Set([1]);
@@ -325,7 +325,7 @@ describe("cameras beside the driving view", () => {
     expect(old).toEqual([false, false, true]);
   });
 
-  it("are gone with the picture, and while the host lets nobody see", () => {
+  it("are hidden with the picture, and while the host has blanked it", () => {
     showTwo();
     act(() => {
       state.preferences.value = { ...state.preferences.value, picture: false };
@@ -333,7 +333,7 @@ describe("cameras beside the driving view", () => {
     expect(body.querySelectorAll(".view")).toHaveLength(1);
   });
 
-  it("can be left out, but for one that is large", () => {
+  it("can be hidden, except a large one", () => {
     showTwo({ large: 1 });
     open("Settings");
     getByRole(body, "switch", { name: "Other cameras" }).click();
@@ -345,20 +345,20 @@ describe("cameras beside the driving view", () => {
     expect(hidden).toEqual([false, true, false]);
   });
 
-  it("have the axes that turn them", () => {
+  it("name the axes that turn them", () => {
     showTwo({ driving: true });
     expect(getByRole(body, "slider", { name: "pan of Above" })).toBeTruthy();
     expect(getByRole(body, "slider", { name: "arm" })).toBeTruthy();
   });
 
-  it("are not offered where there are none", () => {
+  it("are not offered if there are none", () => {
     show({ watching: [1] });
     open("Settings");
     expect(queryByRole(body, "switch", { name: "Other cameras" })).toBeNull();
   });
 });
 
-it("names the pages of others while there is no place here", () => {
+it("names other sites' pages while the server is full", () => {
   const url = "https://watch.example.org/robot";
   act(() => {
     state.links.value = [url];
@@ -393,7 +393,7 @@ describe("the tape", () => {
     });
   }
 
-  it("is not spoken of where nothing is recorded", () => {
+  it("is not mentioned if nothing is recorded", () => {
     record(null);
     expect(queryByText(body, /recorded/i)).toBeNull();
   });
@@ -411,7 +411,7 @@ describe("the tape", () => {
     expect(getByText(body, "Nothing is recorded: the disk is full.")).toBeTruthy();
   });
 
-  it("is kept by who drives", () => {
+  it("can be kept by the operator", () => {
     record({ running: true, why: says(WHY) }, { watching: [], operator: 1 });
     getByText(body, "Keep the last two minutes").click();
     expect(actions.keepTape).toHaveBeenCalledOnce();

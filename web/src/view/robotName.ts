@@ -1,6 +1,6 @@
 import type { Hello } from "../messages";
 
-/** What the host calls the robot; the HTML tells it before there is a connection. */
+/** The host's name for the robot; before there is a connection, the HTML has it. */
 export function robotName(hello: Hello | null): string {
   return hello?.page.name ?? document.documentElement.dataset.name ?? "WAX";
 }

@@ -6,7 +6,7 @@ const all = (more: Parameters<typeof hello>[0] = {}, told: number | null = null)
   lossSentences(hello(more), told).join(" ");
 const { on_loss } = hello();
 
-it("tells each of the server's numbers", () => {
+it("state each of the server's numbers", () => {
   const own = {
     max_age_ms: 151,
     max_command_age_ms: 502,
@@ -22,18 +22,18 @@ it("tells each of the server's numbers", () => {
   for (const figure of Object.values(own)) expect(told).toContain(`${figure} m`);
 });
 
-it("says honestly where nobody knows whether the robot stops by itself", () => {
+it("admit if nobody knows whether the robot stops by itself", () => {
   expect(all({ on_loss: { ...on_loss, robot_ttl_ms: null } })).toContain("nobody knows");
   expect(all()).not.toContain("nobody knows");
 });
 
-it("believes the robot about its watchdog, not the host", () => {
+it("trust the robot about its watchdog, not the host", () => {
   expect(all({}, 512)).toContain("the robot stops by itself after 512 ms");
   expect(all({}, 512)).not.toContain("200 ms");
   expect(all({ on_loss: { ...on_loss, robot_ttl_ms: null } }, 512)).not.toContain("nobody knows");
 });
 
-it("says as plainly where the robot never stops by itself", () => {
+it("say plainly if the robot never stops by itself", () => {
   for (const silence_ms of [120, null]) {
     const told = all({ on_loss: { ...on_loss, silence_ms } }, 0);
     expect(told).toContain("it never stops by itself");
@@ -42,28 +42,28 @@ it("says as plainly where the robot never stops by itself", () => {
   }
 });
 
-it("promises no watchdog that this robot has not", () => {
+it("promise no watchdog that this robot lacks", () => {
   const alone = all({ on_loss: { ...on_loss, silence_ms: null, robot_ttl_ms: null } });
   expect(alone).toContain("The server controls this robot directly");
   expect(alone).not.toContain("null");
 });
 
-it("tells for how long a lost turn is kept", () => {
+it("state how long a lost turn is kept", () => {
   expect(all({ grace_s: 7 })).toContain("back within 7 s");
 });
 
-it("tells whether this robot brakes gently", () => {
+it("state whether this robot brakes gently", () => {
   expect(all({ on_loss: { ...on_loss, soft_braking: true } })).toContain("slows down gently");
   expect(all()).toContain("Whatever stops the robot stops it at once");
 });
 
-it("tells who may press Stop", () => {
+it("state who may press Stop", () => {
   expect(all()).toContain("Everybody who watches can press Stop");
   expect(all({ on_loss: { ...on_loss, stop_by: "operator" } })).toContain(
     "Only the operator and the host can press Stop",
   );
 });
 
-it("promises no emergency stop", () => {
+it("promise no emergency stop", () => {
   expect(all()).toContain("is not an emergency stop");
 });

@@ -1,9 +1,9 @@
-/** The server's rules for when something fails, in sentences. */
+/** The server's rules for failures, in sentences. */
 
 import type { Hello } from "../messages";
 import { figure, t } from "../words/words";
 
-/** `told_ttl_ms` is what the robot itself tells of its watchdog, which outranks the host's word. */
+/** The robot's own report of its watchdog, `told_ttl_ms`, outranks the host's configuration. */
 export function lossSentences(
   { on_loss, robot, grace_s }: Hello,
   told_ttl_ms: number | null,

@@ -21,7 +21,7 @@ import { released } from "./words";
 drawsPage();
 
 describe("Stop", () => {
-  it("acts at once when it is touched, and not again when the touch ends", () => {
+  it("acts on touch, and not again when the touch ends", () => {
     show({ operator: 1 });
     pointer(button("Stop"), "pointerdown");
     expect(actions.stop).toHaveBeenCalledOnce();
@@ -30,13 +30,13 @@ describe("Stop", () => {
     expect(actions.stop).toHaveBeenCalledOnce();
   });
 
-  it.each(["Space", "Enter"])("acts at once by %s, while it has the focus", (code) => {
+  it.each(["Space", "Enter"])("acts at once on %s while it has the focus", (code) => {
     show({ watching: [1] });
     key(button("Stop"), "keydown", code);
     expect(actions.stop).toHaveBeenCalledOnce();
   });
 
-  it("acts by a press that is neither finger nor key", () => {
+  it("acts on a press by neither finger nor key", () => {
     show({ watching: [1] });
     button("Stop").click();
     expect(actions.stop).toHaveBeenCalledOnce();
@@ -55,7 +55,7 @@ describe("Stop", () => {
     expect(button("Stop").disabled).toBe(false);
   });
 
-  it("is the operator's and the host's alone where the server says so", () => {
+  it("is only for the operator and the host if the server says so", () => {
     show({ operator: 2, watching: [1] });
     const on_loss = { ...hello().on_loss, stop_by: "operator" as const };
     act(() => {
@@ -74,7 +74,7 @@ describe("Stop", () => {
   });
 });
 
-it("says for as long as it is so that a Stop is not confirmed, and lets it be pressed again", () => {
+it("warns while it is not confirmed, and can be pressed again", () => {
   show({ operator: 2, watching: [1] });
   expect(queryByRole(body, "alert")).toBeNull();
   act(() => {
@@ -88,7 +88,7 @@ it("says for as long as it is so that a Stop is not confirmed, and lets it be pr
   expect(queryByRole(body, "alert")).toBeNull();
 });
 
-describe("a stop that is latched", () => {
+describe("a stop in force", () => {
   const stop = pressedBy("Cleo", { number: 7 });
   const release = () => queryByRole(body, "button", { name: "Hold to release" });
 
@@ -102,7 +102,7 @@ describe("a stop that is latched", () => {
     });
   }
 
-  it("is told to everybody, with who pressed it and what ends it", () => {
+  it("is shown to everybody, with who pressed it and who can release it", () => {
     show({ operator: 2, watching: [1], stop });
     const words = getByText(body, "Stopped by Cleo").parentElement;
     expect(words?.getAttribute("aria-live")).toBe("assertive");
@@ -112,7 +112,7 @@ describe("a stop that is latched", () => {
     expect(queryByText(body, "Stopped by Cleo")).toBeNull();
   });
 
-  it("takes the drive buttons away, and gives them back empty", () => {
+  it("removes the drive buttons, and returns them released", () => {
     show({ operator: 1 });
     pointer(button("Forward"), "pointerdown");
     show({ operator: 1, stop });
@@ -124,7 +124,7 @@ describe("a stop that is latched", () => {
     expect(input.isHolding).toBe(false);
   });
 
-  it("is released by a hold of 0.8 s, and by nothing shorter", () => {
+  it("is released by holding for 0.8 s, not by less", () => {
     show({ operator: 1, stop });
     pointer(button("Hold to release"), "pointerdown");
     wait(700);
@@ -138,7 +138,7 @@ describe("a stop that is latched", () => {
     expect(actions.releaseStop).toHaveBeenCalledOnce();
   });
 
-  it("is released by Enter without a code as by any other, and by none with Meta", () => {
+  it("is released by Enter without a code, too, but not with Meta", () => {
     show({ operator: 1, stop });
     const hold = button("Hold to release");
     key(hold, "keydown", "Enter", { metaKey: true });
@@ -161,13 +161,13 @@ describe("a stop that is latched", () => {
     expect(actions.releaseStop).not.toHaveBeenCalled();
   });
 
-  it("keeps a finger that holds it when the page moves under it", () => {
+  it("keeps the hold when the page moves under the finger", () => {
     show({ operator: 1, stop });
     const capture = pointer(button("Hold to release"), "pointerdown", 7);
     expect(capture).toHaveBeenCalledExactlyOnceWith(7);
   });
 
-  it("is not released when the window goes away meanwhile", () => {
+  it("is not released when the window loses the focus meanwhile", () => {
     show({ operator: 1, stop });
     pointer(button("Hold to release"), "pointerdown");
     act(() => void window.dispatchEvent(new Event("blur")));
@@ -188,7 +188,7 @@ describe("a stop that is latched", () => {
     expect(actions.releaseStop).toHaveBeenCalledOnce();
   });
 
-  it("is released by the host too, who need not drive", () => {
+  it("is released by the host, too, who need not drive", () => {
     show({ operator: 2, watching: [1], stop });
     act(() => {
       state.hello.value = hello({ viewer: 1, is_host: true });
@@ -196,7 +196,7 @@ describe("a stop that is latched", () => {
     expect(release()).not.toBeNull();
   });
 
-  it("asks the operator to press anew once it is released, until they do", () => {
+  it("asks the operator for a new press once it is released", () => {
     show({ operator: 1 });
     act(() => {
       state.isFreshlyReleased.value = true;
@@ -210,8 +210,8 @@ describe("a stop that is latched", () => {
   });
 });
 
-describe("what is disclosed", () => {
-  it("is there for everybody, and nothing of it can be changed", () => {
+describe("the rules", () => {
+  it("are shown to everybody, and cannot be changed", () => {
     show({ watching: [1] });
     open("Safety");
     const panel = getByText(body, /150 ms/).closest("ul");

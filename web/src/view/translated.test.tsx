@@ -36,7 +36,7 @@ beforeAll(async () => {
   for (const part of [LateHostPanel, RulesPanel, WaysPanel, Hours]) await part.load();
 });
 
-/** The host's page, where as much as possible is to be read. */
+/** The host's page, with as much text as possible. */
 beforeEach(() => {
   state = createState(loadPreferences(null));
   const nothing = vi.fn();
@@ -105,7 +105,7 @@ function show(View: ComponentType): void {
   draw(session, <View />);
 }
 
-/** All that a person reads, or has read to them; but a key is printed as it is printed. */
+/** Everything that a person reads, or has read to them, except key labels. */
 function read(): string[] {
   const found: string[] = [];
   for (const element of body.querySelectorAll<HTMLElement>("*")) {
@@ -149,7 +149,7 @@ describe("in another language", () => {
     await speak("pseudo");
     show(View);
     expect(read()).not.toEqual([]);
-    // What is translated has marks of direction; names of this page are numbers.
+    // Translated text has marks of direction; the names on this page are numbers.
     const left = read().filter((text) => !/[\u202e]/.test(text) && text !== "WAX");
     expect(left).toEqual([]);
   });
@@ -175,13 +175,13 @@ describe("in another language", () => {
       const left = read().filter(
         (text) => /[a-z]/i.test(text.replaceAll(unit, "")) && !text.includes("\u202e"),
       );
-      // A key is called what is printed on it.
+      // A key's label is not translated.
       const own = /^(WAX|Deutsch|English|[A-Z])$/;
       expect(left.filter((text) => !own.test(text))).toEqual([]);
     },
   );
 
-  it("what is shown follows a change at once", async () => {
+  it("everything follows a change at once", async () => {
     show(StopButton);
     expect(getByRole(body, "button", { name: "Stop" })).toBeTruthy();
     await act(async () => {
@@ -202,7 +202,7 @@ describe("the choice of a language", () => {
     return select;
   };
 
-  it("has each by its own name, and none for a trial", () => {
+  it("has each by its own name, without the pseudo-language", () => {
     show(LanguageChoice);
     const options = [...body.querySelectorAll("option")].map((one) => one.textContent);
     expect(options).toEqual(["Automatic", "English", "Deutsch"]);

@@ -25,17 +25,17 @@ describe("a person aboard", () => {
     });
   }
 
-  it("is not spoken of while an operator may drive", () => {
+  it("is not mentioned while an operator may drive", () => {
     sits({});
     expect(body.querySelector(".banners")?.textContent).toBe("");
   });
 
-  it("drives, and everybody reads why nobody else does", () => {
+  it("drives, and everybody sees why nobody else can", () => {
     sits({ mode: "hand", reason: says(driving) });
     expect(getByText(body, driving)).toBeTruthy();
   });
 
-  it("drives, which the operator reads beside their controls and only there", () => {
+  it("drives, which the operator sees only beside the controls", () => {
     sits({ mode: "hand", reason: says(driving) }, null, 1);
     act(() => {
       state.driveReason.value = says(driving);
@@ -43,12 +43,12 @@ describe("a person aboard", () => {
     expect(getByText(body, driving).closest(".banners")).toBeNull();
   });
 
-  it("asks, and it is read out at once", () => {
+  it("asks, which is read out at once", () => {
     sits({ asked: "left", asks: 1 }, "left");
     expect(getByRole(body, "alert").textContent).toBe("From aboard: To the left, please.");
   });
 
-  it("has no control that answers, which is the robot's problem and said once", () => {
+  it("has a hand control that does not answer, shown once as the robot's problem", () => {
     sits({ mode: "lost", reason: says("The hand control of the person aboard does not answer") });
     expect(body.querySelector(".banners")?.textContent).toBe("");
   });
@@ -64,7 +64,7 @@ describe("a call", () => {
   }
   const card = () => queryByRole(body, "alertdialog");
 
-  it("asks the next one, with the time left, and changes the title", () => {
+  it("asks the next viewer, with the time left, and changes the title", () => {
     call();
     expect(card()?.textContent).toContain("Your turn is next. Are you ready?");
     expect(card()?.textContent).toContain("10 s left");
@@ -85,7 +85,7 @@ describe("a call", () => {
     expect(icon()).toBe("icon.svg");
   });
 
-  it("shakes a phone that can be, once when it comes and once when one may drive", () => {
+  it("vibrates a phone when it comes, and again when the turn begins", () => {
     const vibrate = vi.fn(() => true);
     Object.defineProperty(navigator, "vibrate", { value: vibrate, configurable: true });
     call();
@@ -99,7 +99,7 @@ describe("a call", () => {
     Reflect.deleteProperty(navigator, "vibrate");
   });
 
-  it("takes the keyboard from where one reads, not from a control", () => {
+  it("takes the focus from text, but not from a control", () => {
     const turn = getByRole(body, "region", { name: "Turn" });
     turn.tabIndex = -1;
     turn.focus();
@@ -111,7 +111,7 @@ describe("a call", () => {
     expect(document.activeElement).toBe(button("Settings"));
   });
 
-  it("is for nobody else", () => {
+  it("is shown to nobody else", () => {
     call(3);
     expect(card()).toBeNull();
   });
@@ -133,7 +133,7 @@ describe("a call", () => {
     expect(actions.answerCall).toHaveBeenCalledTimes(2);
   });
 
-  it("takes the keyboard from nobody who types", () => {
+  it("does not take the focus from a text field", () => {
     show({ operator: 2, waiting: [1] });
     const field = getByRole(body, "textbox", { name: "Your name" });
     field.focus();
@@ -141,7 +141,7 @@ describe("a call", () => {
     expect(document.activeElement).toBe(field);
   });
 
-  it("that was missed is told of", () => {
+  it("that was missed is reported", () => {
     show({ operator: 2, waiting: [1] });
     act(() => {
       state.missedCall.value = "kept";
@@ -150,8 +150,8 @@ describe("a call", () => {
   });
 });
 
-describe("who may not stay, hear or drive", () => {
-  it("reads why, and when the robot opens, and may try again", async () => {
+describe("a viewer who may not stay, hear or drive", () => {
+  it("sees why, and when the robot opens, and can retry", async () => {
     await Hours.load();
     vi.setSystemTime(new Date(2026, 10, 26, 12));
     show({ watching: [1] });
@@ -181,7 +181,7 @@ describe("who may not stay, hear or drive", () => {
     expect(actions.comeBack).toHaveBeenCalledOnce();
   });
 
-  it("reads what is wrong with the link that brought them, until they have read it", () => {
+  it("sees what is wrong with the link that they opened, until dismissed", () => {
     show({ watching: [1] });
     act(() => {
       state.entryProblem.value = says("This invitation is used up; ask the host for a new one.");
@@ -191,7 +191,7 @@ describe("who may not stay, hear or drive", () => {
     expect(queryByText(body, /used up/)).toBeNull();
   });
 
-  it("reads why it takes a while before the first connection", () => {
+  it("sees why it takes a while before the first connection", () => {
     act(() => {
       state.link.value = {
         is: "waiting",
@@ -203,7 +203,7 @@ describe("who may not stay, hear or drive", () => {
     expect(getByText(body, "This page tries again by itself.")).toBeTruthy();
   });
 
-  it("is offered neither queue nor sound that are for the invited", () => {
+  it("is offered neither queue nor sound if those are by invitation", () => {
     show({ operator: 2, watching: [1] });
     act(() => {
       state.hello.value = hello({ viewer: 1, may_queue: false, may_hear: false });
@@ -214,7 +214,7 @@ describe("who may not stay, hear or drive", () => {
     expect(getAllByText(body, notInvited()).length).toBeGreaterThan(0);
   });
 
-  it("sees a card in the place of a picture that the host has switched off", () => {
+  it("sees a card instead of a picture that the host has switched off", () => {
     show({ watching: [1] });
     act(() => {
       const now = room({ watching: [1] });
@@ -227,7 +227,7 @@ describe("who may not stay, hear or drive", () => {
 });
 
 describe("the queue", () => {
-  it("leaves a name alone while it is typed, whatever happens in the room", () => {
+  it("keeps a name while it is typed, whatever happens in the room", () => {
     show({ watching: [1] });
     const field = getByRole(body, "textbox", { name: "Your name" }) as HTMLInputElement;
     field.value = "Ad";
@@ -239,7 +239,7 @@ describe("the queue", () => {
     expect(actions.setName).toHaveBeenCalledWith("Ada");
   });
 
-  it("lists everybody in order and marks oneself", () => {
+  it("lists everybody in order and marks the user", () => {
     show({ operator: 2, waiting: [1], watching: [3] });
     const lines = [...getByRole(body, "list", { name: "Queue" }).children];
     expect(lines.map((line) => line.textContent)).toEqual([
@@ -260,13 +260,13 @@ describe("the queue", () => {
     expect(body.querySelector("img")).toBeNull();
   });
 
-  it("tells who waits how long, in the clock, which is not read out by itself", () => {
+  it("shows the estimated wait, which is not read out by itself", () => {
     show({ operator: 2, waiting: [1] });
     expect(getByRole(body, "timer", { name: "Until your turn" }).textContent).toBe("about 30 s");
     expect(button("Leave the queue")).toBeTruthy();
   });
 
-  it("offers a notification to who waits, where the browser has them", () => {
+  it("offers a notification to a queued viewer if the browser has them", () => {
     const offer = () => queryByRole(body, "switch", { name: "Tell me when it is my turn" });
     show({ operator: 2, waiting: [1] });
     expect(offer()).toBeNull();
@@ -279,7 +279,7 @@ describe("the queue", () => {
     expect(actions.tellMe).toHaveBeenCalledWith(true);
   });
 
-  it("is joined and left by a click, but not both by a double click", () => {
+  it("is joined and left by a click, but not both by a double-click", () => {
     show({ watching: [1] });
     button("Join the queue").click();
     expect(actions.join).toHaveBeenCalledOnce();

@@ -10,8 +10,8 @@ type Pointer = TargetedPointerEvent<HTMLButtonElement>;
 type Key = TargetedKeyboardEvent<HTMLButtonElement>;
 
 /**
- * The keys that hold what has the focus. `release` lets go of it where a key's release never comes,
- * when the focus goes, and when the element itself goes; it stays the same function.
+ * The keys that hold the focused element. `release` is called where a key's release never comes,
+ * when the focus is lost, and when the element is removed; it must stay the same function.
  */
 export function useKeysDown(release: () => void) {
   const keys = useMemo(() => new KeysDown(release), [release]);
@@ -24,9 +24,9 @@ export function useKeysDown(release: () => void) {
 }
 
 /**
- * What makes a button work while it is pressed: by one or more fingers, the mouse, or Space and
- * Enter while it has the focus, as `focusHolder`. `release` tells whether anything was held, and
- * stays the same function: it is also called when the button goes.
+ * The handlers of a button that works while it is pressed: by one or more fingers, the mouse, or
+ * Space and Enter with the focus, as `focusHolder`. `release` returns whether anything was held,
+ * and must stay the same function: it is also called when the button is removed.
  */
 export function useHeld(
   focusHolder: string,
@@ -37,7 +37,7 @@ export function useHeld(
   const letFocusGo = useCallback(() => void release(focusHolder), [release, focusHolder]);
   const { keys, clear } = useKeysDown(letFocusGo);
   const finger = (event: Pointer) => fingerHolder(event.pointerId);
-  // After an ordinary release nothing is held; anything still held was cancelled by the system.
+  // After an ordinary release nothing is held: anything still held was cancelled by the system.
   const onLost = (event: Pointer) => {
     if (release(finger(event))) letGo();
   };
@@ -57,7 +57,7 @@ export function useHeld(
     onMouseDown(event: TargetedMouseEvent<HTMLButtonElement>) {
       event.preventDefault();
     },
-    // A long touch would open a menu on some phones.
+    // A long touch opens a menu on some phones.
     onContextMenu(event: TargetedMouseEvent<HTMLButtonElement>) {
       event.preventDefault();
       event.stopPropagation();
@@ -66,7 +66,7 @@ export function useHeld(
       if (!PRESSING.has(codeOf(event))) return;
       event.preventDefault();
       const isNew = keys.press(event);
-      // Of a press with Meta no release would come.
+      // A press with Meta may get no release.
       if (isNew && keys.has(event)) hold(focusHolder);
     },
     onKeyUp(event: Key) {

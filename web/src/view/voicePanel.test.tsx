@@ -36,12 +36,12 @@ describe("speaking to the people beside the robot", () => {
 
   const speakButton = () => queryByRole(body, "button", { name: "Hold to speak" });
 
-  it("is nothing where the robot has no speaker", () => {
+  it("is not shown if the robot has no speaker", () => {
     show({ operator: 1 });
     expect(speakButton()).toBeNull();
   });
 
-  it("is for who drives, not for who watches", () => {
+  it("is for the operator, not for observers", () => {
     speakable({ operator: 2, watching: [1] });
     expect(speakButton()).toBeNull();
     speakable({ operator: 1 });
@@ -49,7 +49,7 @@ describe("speaking to the people beside the robot", () => {
     expect(getByText(body, "Arrow keys or W A S D drive, T speaks, Space stops.")).toBeTruthy();
   });
 
-  it("holds from the press to the release of a finger or Enter, never of Space", () => {
+  it("lasts from press to release of a finger or Enter, never of Space", () => {
     speakable({ operator: 1 });
     pointer(button("Hold to speak"), "pointerdown", 7);
     expect(actions.speak).toHaveBeenLastCalledWith(fingerHolder(7));
@@ -63,7 +63,7 @@ describe("speaking to the people beside the robot", () => {
     expect(actions.speak).toHaveBeenCalledTimes(2);
   });
 
-  it("ends by itself where the release of a key never comes, and begins by none with Meta", () => {
+  it("ends by itself if a keyup never comes, and does not start with Meta", () => {
     vi.useFakeTimers();
     speakable({ operator: 1 });
     const talk = button("Hold to speak");
@@ -79,7 +79,7 @@ describe("speaking to the people beside the robot", () => {
     expect(actions.hush).toHaveBeenCalledExactlyOnceWith("talk button");
   });
 
-  it("says what becomes of the voice, how loud it is, and what is not heard meanwhile", () => {
+  it("shows the voice's state and level, and that the robot is muted meanwhile", () => {
     speakable({ operator: 1 });
     const HALF_DUPLEX = "While you speak, you do not hear the robot; the others do.";
     expect(getByText(body, HALF_DUPLEX)).toBeTruthy();
@@ -102,7 +102,7 @@ describe("speaking to the people beside the robot", () => {
     expect(getByText(body, "No microphone was found; plug one in.")).toBeTruthy();
   });
 
-  it("says nothing of the robot's sound where there is none", () => {
+  it("does not mention the robot's sound if it has none", () => {
     speakable({ operator: 1 });
     act(() => {
       state.hello.value = hello({
@@ -115,7 +115,7 @@ describe("speaking to the people beside the robot", () => {
     expect(getByText(body, "You are heard.")).toBeTruthy();
   });
 
-  it("says over plain HTTP what to do", () => {
+  it("says what to do over plain HTTP", () => {
     speakable({ operator: 1 });
     vi.stubGlobal("isSecureContext", false);
     act(() => {
@@ -127,7 +127,7 @@ describe("speaking to the people beside the robot", () => {
     expect(queryByRole(body, "switch", { name: "Keep open" })).toBeNull();
   });
 
-  it("can be left open where the host allows it", () => {
+  it("can be kept open if the host allows it", () => {
     speakable({ operator: 1 });
     expect(queryByRole(body, "switch", { name: "Keep open" })).toBeNull();
     act(() => {
@@ -141,14 +141,14 @@ describe("speaking to the people beside the robot", () => {
     expect(button("Microphone open")).toBeTruthy();
   });
 
-  it("tells everybody who is speaking, but not themselves", () => {
+  it("shows everybody else who is speaking", () => {
     speakable({ operator: 2, watching: [1] }, { speaker: 2 });
     expect(getByText(body, /^Bob is speaking to the people beside the robot/)).toBeTruthy();
     speakable({ operator: 1 }, { speaker: 1 });
     expect(queryByText(body, /is speaking to the people/)).toBeNull();
   });
 
-  it("is the host's to end for everybody", () => {
+  it("can be muted for everybody by the host", () => {
     speakable({ operator: 2, watching: [1] });
     act(() => {
       state.hello.value = hello({ viewer: 1, is_host: true, voice: { open_microphone: false } });

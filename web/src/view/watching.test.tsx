@@ -36,7 +36,7 @@ function open(View: ComponentType): void {
 }
 
 const button = (name: string) => getByRole<HTMLButtonElement>(body, "button", { name });
-/** Lets everything happen that was begun. */
+/** Lets everything pending finish. */
 const settle = () => act(() => new Promise<void>((done) => setTimeout(done)));
 const press = async (name: string) => {
   act(() => button(name).click());
@@ -119,7 +119,7 @@ describe("a photo", () => {
     expect(told()).toContain("not live");
   });
 
-  it("that the browser cannot save is no silence", async () => {
+  it("that the browser cannot save is reported", async () => {
     vi.spyOn(snapshots, "pictureOf").mockRejectedValueOnce(new Error("tainted"));
     await press("Take a photo");
     expect(told()).toContain("could not save");
@@ -172,7 +172,7 @@ describe("picture in picture", () => {
     expect(button("Picture in picture")).toBeTruthy();
   });
 
-  it("comes back where the host blanks it, and where it is not live", async () => {
+  it("comes back when the host blanks it, or when it is not live", async () => {
     open(PictureInPicture);
     await press("Picture in picture");
     blank();
@@ -190,7 +190,7 @@ describe("picture in picture", () => {
     expect(inPicture).toBeNull();
   });
 
-  it("says so where the browser refuses", async () => {
+  it("says so if the browser refuses", async () => {
     refuse = new DOMException("no", "InvalidStateError");
     open(PictureInPicture);
     await press("Picture in picture");
@@ -216,7 +216,7 @@ describe("fullscreen", () => {
     Object.assign(document, has);
   }
 
-  it("covers the whole page and leaves it again", async () => {
+  it("covers the whole page, and can be left", async () => {
     browser({ fullscreenEnabled: true });
     document.documentElement.requestFullscreen = vi.fn(async () => {
       Object.assign(document, { fullscreenElement: document.documentElement });
@@ -233,7 +233,7 @@ describe("fullscreen", () => {
     expect(button("Fullscreen")).toBeTruthy();
   });
 
-  it("says so where it is refused", async () => {
+  it("says so if it is refused", async () => {
     browser({ fullscreenEnabled: true });
     document.documentElement.requestFullscreen = async () => {
       throw new TypeError("denied");
@@ -243,7 +243,7 @@ describe("fullscreen", () => {
     expect(told()).toContain("does not show");
   });
 
-  it("is the video's own on an iPhone, but not for who drives", async () => {
+  it("is the video's own on an iPhone, but not for the operator", async () => {
     browser({});
     const enter = vi.fn();
     Object.assign(video, { webkitEnterFullscreen: enter });
@@ -264,7 +264,7 @@ describe("fullscreen", () => {
 });
 
 describe("smooth or immediate", () => {
-  it("is chosen under words that say what it does", () => {
+  it("is chosen, with a description of each", () => {
     open(Timing);
     expect(getByRole<HTMLInputElement>(body, "radio", { name: "Automatic" }).checked).toBe(true);
     act(() => getByRole(body, "radio", { name: "Immediate" }).click());
@@ -273,7 +273,7 @@ describe("smooth or immediate", () => {
     expect(session.actions.setPolicy).toHaveBeenLastCalledWith("audio-master");
   });
 
-  it("is no choice where the server has one for everybody", () => {
+  it("is not offered if the server sets one for everybody", () => {
     session.state.playout.value = playout({ policy: "thesis" });
     open(Timing);
     expect(queryByRole(body, "radio")).toBeNull();
@@ -295,7 +295,7 @@ describe("the volume", () => {
     expect(session.actions.toggleMute).toHaveBeenCalledOnce();
   });
 
-  it("says that nothing is heard while it is muted, or was never on", () => {
+  it("says that nothing is heard while muted, or before the sound is on", () => {
     open(Volume);
     expect(button("Unmute")).toBeTruthy();
     act(() => {
@@ -325,7 +325,7 @@ describe("the output", () => {
     Reflect.deleteProperty(HTMLMediaElement.prototype, "setSinkId");
   });
 
-  it("is chosen among those that the browser names", async () => {
+  it("is chosen from those that the browser names", async () => {
     browser([HEADPHONES]);
     open(OutputChoice);
     await settle();
@@ -338,7 +338,7 @@ describe("the output", () => {
     expect(session.actions.setOutput).toHaveBeenLastCalledWith(null);
   });
 
-  it("is asked for by the browser where that does so", async () => {
+  it("is chosen in the browser's own dialog if it has one", async () => {
     browser([], { selectAudioOutput: async () => HEADPHONES });
     open(OutputChoice);
     await press("Choose another device…");
@@ -352,7 +352,7 @@ describe("the output", () => {
     expect(getByText(body, /^Your browser names the devices/)).toBeTruthy();
   });
 
-  it("is hidden where a page cannot choose", () => {
+  it("is hidden if a page cannot choose", () => {
     vi.stubGlobal("navigator", {});
     open(OutputChoice);
     expect(body.textContent).toBe("");

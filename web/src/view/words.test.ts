@@ -20,7 +20,7 @@ import {
   whenWords,
 } from "./words";
 
-it("says how the connection is, and when and why it is tried again", () => {
+it("describes the connection, and when and why it is retried", () => {
   expect(connectionWords({ is: "connected" }, 0)).toBe("Connected");
   const silent = { is: "silent", sinceMs: 5000 } as const;
   expect(connectionWords(silent, 5700)).toBe("No answer for 1 s");
@@ -45,7 +45,7 @@ it.each([
 });
 
 describe("a line of the queue", () => {
-  it("says who drives, waits and watches", () => {
+  it("shows who drives, waits and watches", () => {
     expect(placeWords(viewer(1, { role: "operator", place: 0 }))).toBe("driving");
     expect(placeWords(viewer(1, { role: "queued", place: 1, wait_s: 30 }))).toBe(
       "next, about 30 s",
@@ -66,7 +66,7 @@ describe("a line of the queue", () => {
   });
 });
 
-it("lists who drives, then who waits by place, then who watches by coming", () => {
+it("lists the operator, the queue by place, then observers by arrival", () => {
   const { viewers } = room({ operator: 4, waiting: [5, 2], watching: [3, 1] });
   expect(inOrder(viewers).map((one) => one.id)).toEqual([4, 5, 2, 1, 3]);
 });
@@ -85,7 +85,7 @@ describe("the turn", () => {
     expect(words({ operator: 1, watching: [2] }, 1).next).toBe("Nobody else is waiting.");
   });
 
-  it("tells who waits their place", () => {
+  it("tells queued viewers their place", () => {
     expect(words({ operator: 1, waiting: [2, 3] }, 3)).toEqual({
       headline: "You are number 2",
       next: "Ada is driving.",
@@ -93,7 +93,7 @@ describe("the turn", () => {
     expect(words({ operator: 1, waiting: [2] }, 2).headline).toBe("You are next");
   });
 
-  it("tells who watches what they could do", () => {
+  it("tells observers what they could do", () => {
     expect(words({ operator: 1, watching: [2] }, 2)).toEqual({
       headline: "Ada is driving",
       next: "Nobody is waiting.",
@@ -111,7 +111,7 @@ describe("the turn", () => {
   });
 });
 
-it("tells whoever cannot drive yet how to come to it", () => {
+it("tells viewers who cannot drive yet how to get a turn", () => {
   expect(joinWords(viewer(1))).toBe("Join the queue to drive.");
   expect(joinWords(null)).toBe("Join the queue to drive.");
   expect(joinWords(viewer(1, { role: "queued", place: 1 }))).toBe(
@@ -119,7 +119,7 @@ it("tells whoever cannot drive yet how to come to it", () => {
   );
 });
 
-it("tells whoever is cut off what is kept for them", () => {
+it("tells disconnected viewers what is kept for them", () => {
   expect(lostWords(null, 3)).toEqual({ headline: "One moment…", next: "" });
   expect(lostWords(viewer(1), 3).next).toBe("");
   expect(lostWords(viewer(1, { role: "operator", place: 0 }), 3)).toEqual({
@@ -154,19 +154,19 @@ describe("a stop", () => {
     return stoppedWords(now, stop, viewer, mayRelease);
   };
 
-  it("is told with who pressed it", () => {
+  it("is shown with who pressed it", () => {
     expect(words({ watching: [1] }, 1).headline).toBe("Stopped by Eve");
     expect(words({ watching: [9] }, 9).headline).toBe("You stopped the robot");
   });
 
-  it("does not say that nothing moves where somebody sits in the robot", () => {
+  it("does not say that nothing moves while somebody is aboard", () => {
     const now = { ...room({ operator: 1 }), aboard: aboard() };
     expect(stoppedWords(now, stop, null, true).next).toBe(
       "Only the person aboard may drive until you release it.",
     );
   });
 
-  it("is told with who ends it", () => {
+  it("is shown with who can release it", () => {
     expect(words({ operator: 1 }, 1, true).next).toBe("Nothing moves until you release it.");
     expect(words({ operator: 2, watching: [1] }, 1).next).toBe(
       "Nothing moves until Bob or the host releases it.",
@@ -182,7 +182,7 @@ describe("a stop", () => {
   });
 });
 
-it("tells of the battery what the robot tells", () => {
+it("shows what the robot reports of its battery", () => {
   const { robot } = room({});
   expect(batteryWords(robot)).toBe(null);
   expect(batteryWords({ ...robot, battery_v: 7.4 })).toBe("7.4 V");
@@ -195,12 +195,12 @@ describe("the turn's clock", () => {
     return standingWords({ ...now, turn: { ...now.turn, stands_left_ms: 30_000 }, ...change });
   };
 
-  it("is not spoken of while it runs", () => {
+  it("is not mentioned while it runs", () => {
     expect(standingWords(room({ operator: 1 }))).toBeNull();
     expect(standingWords(null)).toBeNull();
   });
 
-  it("stands still for a reason that is told", () => {
+  it("has a reason shown while it is stopped", () => {
     const { host_settings, robot } = room({});
     expect(stands({ stop: pressedBy("Eve") })).toContain("while the robot is stopped.");
     expect(stands({ host_settings: { ...host_settings, blanked: true } })).toContain(
@@ -217,13 +217,13 @@ describe("the turn's clock", () => {
   });
 });
 
-it("tells who missed their call what became of their place", () => {
+it("tells viewers who missed their call what became of their place", () => {
   expect(missedWords(null)).toBeNull();
   expect(missedWords("kept")).toContain("Your place is kept this once.");
   expect(missedWords("lost")).toContain("Join again.");
 });
 
-it("tells that the queue is paused, to whoever waits or watches", () => {
+it("tells queued viewers and observers that the queue is paused", () => {
   const now = room({ operator: 2, waiting: [1], watching: [3] });
   now.host_settings.held = true;
   for (const id of [1, 3]) {
@@ -232,7 +232,7 @@ it("tells that the queue is paused, to whoever waits or watches", () => {
   }
 });
 
-it("keeps a name from right to left from turning the sentence around", () => {
+it("keeps a right-to-left name from reordering the sentence", () => {
   expect(named("Ada")).toBe("Ada");
   expect(named("עדה")).toBe("\u2068עדה\u2069");
 });
@@ -245,7 +245,7 @@ it("describes a connection to the host", () => {
   expect(qualityWords(none)).toBe("no picture");
 });
 
-it("says when something happens as people do", () => {
+it("writes when something happens as people do", () => {
   const now = new Date(2026, 10, 22, 18, 0).getTime();
   const at = (day: number, hour: number) => new Date(2026, 10, day, hour, 30).getTime();
   expect(whenWords(at(22, 19), now, "en-GB")).toBe("today at 19:30");

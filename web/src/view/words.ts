@@ -41,9 +41,9 @@ export function connectionWords(link: LinkState, nowMs: number): string {
   }
 }
 
-/** The connection, told once: without the seconds of the status line, which then is not read out. */
+/** The connection for screen readers: without the status line's seconds, which are not read out. */
 export function toldWords(link: LinkState, saysPicture: boolean): string {
-  // Beside a picture it says that already.
+  // A picture already says that it is not live.
   if (link.is === "silent") return saysPicture ? "" : t("link.no_answer");
   const reason = link.is === "waiting" || link.is === "connecting" ? link.reason : null;
   return reason === null ? "" : t("link.reconnecting", { reason: said(reason) });
@@ -57,7 +57,7 @@ export function waitWords(waitS: number | null): string {
   return t("queue.about_min", { minutes: String(Math.max(1, Math.round(waitS / 60))) });
 }
 
-/** The text beside a name in the queue. */
+/** The text beside a name in the list of viewers. */
 export function placeWords(viewer: ViewerInfo): string {
   const lost = viewer.lost ? [t("queue.lost")] : [];
   switch (viewer.role) {
@@ -74,7 +74,7 @@ export function placeWords(viewer: ViewerInfo): string {
   }
 }
 
-/** Everybody in the order of the queue: who drives, who waits, who watches. */
+/** All viewers in order: the operator, the queue, the observers. */
 export function inOrder(viewers: readonly ViewerInfo[]): ViewerInfo[] {
   const rank = (viewer: ViewerInfo) => viewer.place ?? Number.POSITIVE_INFINITY;
   return viewers.toSorted((a, b) => (rank(a) === rank(b) ? a.id - b.id : rank(a) - rank(b)));
@@ -86,7 +86,7 @@ export interface TurnWords {
   next: string;
 }
 
-/** For a viewer whose connection is lost: how long their turn or place is kept. */
+/** For a viewer who has lost the connection: how long their turn or place is kept. */
 export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   if (!me) return { headline: t("turn.one_moment"), next: "" };
   const kept = LOST[me.role];
@@ -100,7 +100,7 @@ const LOST = {
   observer: null,
 } as const;
 
-/** After a call that this viewer did not answer. */
+/** What to say after a call that this viewer did not answer. */
 export function missedWords(missed: MissedCall): string | null {
   switch (missed) {
     case "kept":
@@ -112,12 +112,12 @@ export function missedWords(missed: MissedCall): string | null {
   }
 }
 
-/** Whether nobody knows how old the picture is, whatever its time of capture says. */
+/** Whether the picture's age is unknown, whatever its capture time says. */
 export function isUndated(room: RoomState | null): boolean {
   return Boolean(room?.video.undated);
 }
 
-/** Why the clock of a turn stands still; null while it runs. */
+/** Why the turn's clock is stopped; null while it runs. */
 export function standingWords(room: RoomState | null): string | null {
   if (!room || room.turn.stands_left_ms === null) return null;
   if (room.host_settings.blanked) return t("turn.stands_blanked");
@@ -131,7 +131,7 @@ function hasHand({ aboard }: RoomState): boolean {
   return aboard !== null && aboard.mode !== "free" && aboard.mode !== "lost";
 }
 
-/** A request of the person aboard, as they would say it. */
+/** A request of the person aboard, in their words. */
 export function requestWords(asked: Asked): string {
   return t(REQUESTS[asked]);
 }
@@ -192,12 +192,12 @@ function waitingWords(count: number): string {
   return count === 0 ? t("turn.nobody_waits") : t("turn.waiting", { n: count });
 }
 
-/** How many watch, where there are too many to name. */
+/** How many people watch, if there are too many to name. */
 export function watchingWords(count: number): string {
   return t("queue.watching", { n: count });
 }
 
-/** How to get to drive, below controls that do not work yet. */
+/** How to get a turn, shown below controls that do not work yet. */
 export function joinWords(me: ViewerInfo | null, mayQueue = true): string {
   if (!mayQueue) return notInvited();
   return me?.role === "queued" ? t("turn.wait_for_it") : t("turn.join_to_drive");
@@ -214,7 +214,7 @@ export function stoppedWords(
   const other = operator && operator.id !== me?.id ? named(operator.name) : null;
   const others = other === null ? "operator" : "other";
   const who = mayRelease ? "you" : stop.by_host ? "host" : others;
-  // Who sits in the robot is left stranded by nobody.
+  // With a person aboard, a stop blocks everybody else, but not them.
   const until = (room?.aboard ? ABOARD_UNTIL : UNTIL)[who];
   return {
     headline:
@@ -239,7 +239,7 @@ const ABOARD_UNTIL = {
   host: "stop.aboard_until_host",
 } as const;
 
-/** Where strangers may watch, but not drive or hear. */
+/** For uninvited viewers, who may watch but not drive or hear. */
 export function notInvited(): string {
   return t("turn.not_invited");
 }
@@ -254,7 +254,7 @@ export function blanked(): string {
   return t("robot.blanked");
 }
 
-/** For an operator who held a control while the stop was released. */
+/** For an operator after the stop was released, until they press a control. */
 export function released(): string {
   return t("stop.released");
 }
@@ -268,7 +268,7 @@ export function batteryWords({ battery_v, battery_fraction }: RobotStatus): stri
   return words.length === 0 ? null : words.join(", ");
 }
 
-/** Why there is no picture, no sound or no moving robot: sentences from the server. */
+/** Why there is no picture or sound, or the robot cannot move, in the server's sentences. */
 export function problemWords(room: RoomState | null): string[] {
   if (!room) return [];
   const { robot, video, audio } = room;
@@ -287,7 +287,7 @@ export function drivingView(): string {
   return t("robot.driving_view");
 }
 
-/** Why nothing is seen of a camera beside the driving view; null if there is no reason. */
+/** Why a camera beside the driving view shows nothing; null if there is no reason. */
 export function cameraProblem(
   at: number,
   room: RoomState | null,
@@ -299,13 +299,13 @@ export function cameraProblem(
   return isLeftOut ? t("robot.camera_left_out") : null;
 }
 
-/** What an axis moves, by whose camera it is. */
+/** An axis's name, with the camera that it moves. */
 export function axisWords(axis: string, cameras: readonly CameraInfo[]): string {
   const camera = cameras.find((one) => one.axes.includes(axis));
   return camera ? t("robot.axis", { axis, camera: camera.name }) : axis;
 }
 
-/** Who speaks through the robot, for everybody but themselves; empty if nobody does. */
+/** Who else speaks through the robot; empty if nobody does. */
 export function speakerWords(room: RoomState | null, me: number): string {
   const speaker = room?.voice?.speaker ?? null;
   if (speaker === null || speaker === me) return "";
@@ -313,14 +313,14 @@ export function speakerWords(room: RoomState | null, me: number): string {
   return viewer ? t("voice.speaks", { name: named(viewer.name) }) : t("voice.somebody_speaks");
 }
 
-/** Why one's own voice is not heard; null where nothing is known that keeps it from that. */
+/** Why the user's own voice is not heard; null if no reason is known. */
 export function voiceProblem(voice: Voice, room: RoomState | null): string | null {
   if (voice.problem !== null) return said(voice.problem);
   if (room?.voice?.problem) return said(room.voice.problem);
   return room?.voice?.muted ? t("voice.muted") : null;
 }
 
-/** What becomes of one's own voice, and meanwhile of the robot's sound, where there is any. */
+/** The state of the user's own voice, and of the robot's sound meanwhile, if it has any. */
 export function voiceWords(voice: Voice, hello: Hello): string {
   const own = voice.isHeard ? t("voice.heard") : t("voice.on");
   const isSilent = silenceWords(hello) !== null;

@@ -18,7 +18,7 @@ const ANSWER = [
 
 const THIN: VoiceEncoding = { bitrateBps: 6000, packetMs: 60 };
 
-it("asks for the encoding in the section of the sound alone", () => {
+it("sets the encoding only in the section of the sound", () => {
   const [head, audio, video] = withVoice(ANSWER, THIN).split(/^(?=m=)/m);
   expect(head).toBe("v=0\r\no=- 1 1 IN IP4 0.0.0.0\r\n");
   expect(audio).toContain("a=ptime:60\r\n");
@@ -27,13 +27,13 @@ it("asks for the encoding in the section of the sound alone", () => {
   expect(video).toBe("m=video 9 UDP/TLS/RTP/SAVPF 96\r\na=rtpmap:96 VP8/90000\r\n");
 });
 
-it("asks for one encoding at a time", () => {
+it("sets one encoding at a time", () => {
   const [best] = ENCODINGS;
   if (!best) throw new Error("there is no encoding");
   expect(withVoice(withVoice(ANSWER, best), THIN)).toBe(withVoice(ANSWER, THIN));
 });
 
-it("adds the line where the answer has none", () => {
+it("adds the line if the answer has none", () => {
   const without = ANSWER.replace("a=fmtp:111 useinbandfec=1;stereo=0\r\n", "");
   expect(withVoice(without, THIN)).toContain("a=fmtp:111 minptime=10;maxaveragebitrate=6000");
 });

@@ -1,9 +1,9 @@
 import type { VoiceEncoding } from "./encoding";
 
 /**
- * The server's answer, asking for this encoding of the sound that this page sends: packets of that
- * length (`ptime`, RFC 8866, 6.4), that bit rate, and none of silence (RFC 7587, 6.1). Firefox heeds
- * a bit rate nowhere else. An answer without Opus is returned as it is. Pure.
+ * Returns the server's answer with this encoding for the sound that the page sends: its packet
+ * length (`ptime`, RFC 8866, 6.4), its bit rate, and no packets for silence (RFC 7587, 6.1).
+ * Firefox takes a bit rate from nowhere else. An answer without Opus is returned as it is. Pure.
  */
 export function withVoice(answer: string, { bitrateBps, packetMs }: VoiceEncoding): string {
   const sections = answer.split(/^(?=m=)/m);

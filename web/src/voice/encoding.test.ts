@@ -36,7 +36,7 @@ it("leaves room for all commands, whatever the link", () => {
   }
 });
 
-describe("where commands wait", () => {
+describe("if commands wait", () => {
   function speaking(): EncodingChooser {
     const chooser = new EncodingChooser();
     for (let ms = 0; ms <= 5000; ms += 200) chooser.next(WIDE, false, ms);
@@ -44,7 +44,7 @@ describe("where commands wait", () => {
     return chooser;
   }
 
-  it.each([{ waitingBytes: 400 }, { roundTripMs: 140 }])("it is smaller at once: %o", (sign) => {
+  it.each([{ waitingBytes: 400 }, { roundTripMs: 140 }])("it steps down at once: %o", (sign) => {
     const chooser = speaking();
     expect(chooser.next({ ...WIDE, ...sign }, true, 5400)).toBe(SHORT);
     expect(chooser.next({ ...WIDE, ...sign }, true, 5600)).toBe(SHORT);
@@ -53,14 +53,14 @@ describe("where commands wait", () => {
     expect(chooser.next(WIDE, true, 8000)).toBeNull();
   });
 
-  it("it is tried again after a while", () => {
+  it("it is retried after a while", () => {
     const chooser = speaking();
     chooser.next({ ...WIDE, waitingBytes: 400 }, true, 5400);
     expect(chooser.next(WIDE, true, 20_000)).toBe(SHORT);
     expect(chooser.next(WIDE, true, 20_500)).toBe(BEST);
   });
 
-  it("a round trip that is long without a voice says nothing about it", () => {
+  it("a long round trip without a voice does not count", () => {
     const chooser = new EncodingChooser();
     const far = { ...WIDE, roundTripMs: 300 };
     for (let ms = 0; ms <= 5000; ms += 200) chooser.next(far, false, ms);

@@ -1,6 +1,6 @@
 import { SET_POINT_BITS, WAITING_BYTES } from "../drive/sendRate";
 
-/** How a voice is packed. */
+/** How a voice is encoded. */
 export interface VoiceEncoding {
   bitrateBps: number;
   /** The sound in one packet. */
@@ -14,45 +14,45 @@ export interface Uplink {
   /** The bytes of commands queued in the browser. */
   waitingBytes: number;
   roundTripMs: number | null;
-  /** The set-points that this page sends in a second; 0 if it does not drive. */
+  /** The set-points that this page sends a second; 0 if it does not drive. */
   commandHz: number;
 }
 
-/** The best first. The last still is speech, and one of its packets takes 25 ms at 33 kbit/s. */
+/** The best first. The last is still intelligible; one of its packets takes 25 ms at 33 kbit/s. */
 export const ENCODINGS: readonly VoiceEncoding[] = [
   { bitrateBps: 24_000, packetMs: 20 },
   { bitrateBps: 12_000, packetMs: 40 },
   { bitrateBps: 6000, packetMs: 60 },
 ];
 
-/** RTP with its extensions, SRTP's tag, UDP and IP. */
+/** A packet's headers: RTP with its extensions, SRTP's tag, UDP and IP. */
 const HEADER_BITS = 58 * 8;
-/** What is left over, so that a command rarely waits for a packet of the voice. */
+/** The headroom, so that a command rarely waits for a packet of the voice. */
 const MARGIN = 1.5;
 /**
- * Only the downlink is measured. A modem's uplink is 60 % of it; beyond that it may be a tenth, but
- * hardly less than this.
+ * Only the downlink is measured. A modem's uplink is 60 % of it; a faster link's may be a tenth,
+ * but hardly less than this.
  */
 const MODEM_SHARE = 0.6;
 const LEAST_SHARE = 0.1;
 const COMMON_BPS = 100_000;
-/** A round trip that has grown so much since before the voice: its packets queue. */
+/** If the round trip has grown this much since before the voice, its packets queue. */
 const GROWN_MS = 60;
 const BEFORE_MS = 10_000;
-/** So long an encoding stays excluded that was too much. */
+/** How long an encoding that was too much stays excluded. */
 const EXCLUDED_MS = 15_000;
-/** What was sent before must be gone before the next is judged. */
+/** Packets of the previous encoding must have drained before the next is judged. */
 const SETTLES_MS = 1000;
 
-/** What this encoding takes of a link. */
+/** The rate of this encoding on the wire, headers included. */
 export function wireBps({ bitrateBps, packetMs }: VoiceEncoding): number {
   return bitrateBps + (HEADER_BITS * 1000) / packetMs;
 }
 
 /**
- * How a voice is packed, so that commands go first: a page cannot put its sound behind them. It
- * becomes smaller at once where commands wait, and null, which is silence, where there is no room
- * for both. Pure.
+ * Chooses the voice's encoding so that commands do not suffer, since a page cannot give them
+ * priority over sound. It steps down at once where commands wait, and to null, which is silence,
+ * where there is no room for both. Pure.
  */
 export class EncodingChooser {
   #first = 0;
@@ -60,7 +60,7 @@ export class EncodingChooser {
   #judgedMs = Number.NEGATIVE_INFINITY;
   #before: { ms: number; atMs: number }[] = [];
 
-  /** Returns the encoding from now on; to be called a few times a second, `isSpeaking` or not. */
+  /** Returns the encoding from now on; call it a few times a second, `isSpeaking` or not. */
   next(uplink: Uplink, isSpeaking: boolean, nowMs: number): VoiceEncoding | null {
     const { waitingBytes, roundTripMs } = uplink;
     if (!isSpeaking && roundTripMs !== null) this.#before.push({ ms: roundTripMs, atMs: nowMs });
@@ -80,7 +80,7 @@ export class EncodingChooser {
     return ENCODINGS[this.#first] ?? null;
   }
 
-  /** The longest round trip of late without a voice. */
+  /** The longest recent round trip without a voice. */
   get #usualMs(): number {
     if (this.#before.length === 0) return Number.POSITIVE_INFINITY;
     return Math.max(...this.#before.map((one) => one.ms));

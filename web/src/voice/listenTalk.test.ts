@@ -19,7 +19,7 @@ function key(type: string, code = "KeyT", on = "p", more: KeyboardEventInit = {}
   target?.dispatchEvent(new KeyboardEvent(type, { code, bubbles: true, ...more }));
 }
 
-it("speaks while T is held, once however long", () => {
+it("speaks while T is held, without repeating", () => {
   key("keydown");
   key("keydown", "KeyT", "p", { repeat: true });
   expect(talk.press).toHaveBeenCalledExactlyOnceWith("key KeyT");
@@ -36,17 +36,17 @@ it.each([
   expect(talk.press).not.toHaveBeenCalled();
 });
 
-it("a slider that has the focus does not keep from speaking", () => {
+it("a focused slider does not prevent speaking", () => {
   key("keydown", "KeyT", "[type=range]");
   expect(talk.press).toHaveBeenCalledOnce();
 });
 
-it.each(["blur", "pagehide"])("is silent on %s, when no release would come", (type) => {
+it.each(["blur", "pagehide"])("falls silent on %s, after which no release would come", (type) => {
   window.dispatchEvent(new Event(type));
   expect(talk.letGo).toHaveBeenCalled();
 });
 
-it("a finger that is lifted anywhere releases", () => {
+it("a finger lifted anywhere releases", () => {
   window.dispatchEvent(new PointerEvent("pointerup", { pointerId: 3 }));
   expect(talk.release).toHaveBeenCalledWith("pointer 3");
 });

@@ -6,8 +6,8 @@ import { isOwnPress } from "../typing";
 import type { Talk } from "./talk";
 
 /**
- * Speaks while the key for it is held, unless a text field has the focus, and falls silent wherever the page
- * cannot know any more that something is held.
+ * Speaks while the key for it is held, unless a text field has the focus; falls silent as soon as
+ * the page can no longer know that something is held.
  */
 export function listenTalk(
   window: Window,

@@ -27,7 +27,7 @@ it.each([
   await expect(Microphone.open(() => {})).rejects.toThrow(sentence);
 });
 
-it("asks for the browser's echo cancellation, and says when the device goes", async () => {
+it("requests the browser's echo cancellation, and reports when the device is gone", async () => {
   const track = new Track();
   const getUserMedia = vi.fn(async () => ({ getAudioTracks: () => [track] }));
   offer(getUserMedia);
@@ -43,12 +43,12 @@ it("asks for the browser's echo cancellation, and says when the device goes", as
   expect(track.stop).toHaveBeenCalled();
 });
 
-it("a stream without a track is no microphone", async () => {
+it("rejects a stream without a track", async () => {
   offer(async () => ({ getAudioTracks: () => [] }));
   await expect(Microphone.open(() => {})).rejects.toThrow("No microphone was found");
 });
 
-it("shows the level in even steps of loudness", () => {
+it("shows the level linear in dB", () => {
   const level = (amplitude: number) => levelOf(new Float32Array(100).fill(amplitude));
   expect(level(0)).toBe(0);
   expect(level(1)).toBeCloseTo(1);

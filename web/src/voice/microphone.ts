@@ -1,10 +1,10 @@
 import { levelOfPower } from "../sound/loudness";
 import { type Code, t } from "../words/words";
 
-/** Why there is no microphone, as a sentence that says what to do. */
+/** Why there is no microphone, in a sentence that says what to do. */
 export class MicrophoneError extends Error {}
 
-/** What a person can do about each error of `getUserMedia`. */
+/** What the user can do about each error of `getUserMedia`. */
 const SENTENCES: Record<string, Code> = {
   NotAllowedError: "voice.not_allowed",
   NotFoundError: "voice.not_found",
@@ -12,10 +12,10 @@ const SENTENCES: Record<string, Code> = {
   AbortError: "voice.no_start",
 };
 
-/** How often its level is looked at, in samples: a tenth of a second at 48 kHz and less. */
+/** The samples for one level: less than a tenth of a second at 48 kHz. */
 const WINDOW = 2048;
 
-/** Why this page cannot have a microphone at all, as a sentence; null if it can ask. */
+/** Why this page cannot have a microphone at all, as a sentence; null if it can ask for one. */
 export function hindrance(scope: typeof globalThis = globalThis): string | null {
   if (!scope.isSecureContext) return t("voice.insecure");
   return scope.navigator?.mediaDevices ? null : t("voice.none");
@@ -28,7 +28,7 @@ export class Microphone {
   readonly #analyser: AnalyserNode | null;
   readonly #samples = new Float32Array(WINDOW);
 
-  /** Asks the user, the first time. Rejects with a `MicrophoneError`. */
+  /** Opens the microphone, which the browser may ask about. Rejects with a `MicrophoneError`. */
   static async open(onGone: (sentence: string) => void): Promise<Microphone> {
     const problem = hindrance();
     if (problem !== null) throw new MicrophoneError(problem);
@@ -61,13 +61,13 @@ export class Microphone {
       analyser = new AnalyserNode(context, { fftSize: WINDOW });
       context.createMediaStreamSource(stream).connect(analyser);
     } catch {
-      // Without it there is no level, and the voice is heard all the same.
+      // Without Web Audio there is no level, but the voice is still sent.
     }
     this.#context = context;
     this.#analyser = analyser;
   }
 
-  /** How loud it is now, from 0 to 1 in even steps of what is heard. */
+  /** The level now, from 0 to 1, linear in dB. */
   get level(): number {
     if (!this.#analyser) return 0;
     this.#analyser.getFloatTimeDomainData(this.#samples);
@@ -80,7 +80,7 @@ export class Microphone {
   }
 }
 
-/** The loudness of samples, full scale being 1: 0 at −60 dB, 1 at 0 dB. Pure. */
+/** The level of samples (full scale 1): 0 at −60 dB, 1 at 0 dB. Pure. */
 export function levelOf(samples: Float32Array): number {
   let sum = 0;
   for (const sample of samples) sum += sample * sample;

@@ -53,7 +53,7 @@ beforeEach(() => {
   talk.allow(true);
 });
 
-/** What was sent last: a track, or null; undefined if nothing ever was. */
+/** What was sent last: a track or null; undefined if nothing ever was. */
 const sent = () => link?.speak.mock.lastCall?.[0];
 
 async function press(holder = "finger 1"): Promise<void> {
@@ -68,7 +68,7 @@ it("sends nothing before it is pressed, and opens no microphone", async () => {
   expect(link?.speak).not.toHaveBeenCalled();
 });
 
-it("speaks while it is held, and shows how loud", async () => {
+it("speaks while it is held, and shows the level", async () => {
   await press();
   expect(sent()).toBe(made[0]?.track);
   expect(voice.isOn).toBe(true);
@@ -79,7 +79,7 @@ it("speaks while it is held, and shows how loud", async () => {
   expect(voice).toMatchObject({ isOn: false, level: 0 });
 });
 
-it("speaks until the last holder lets go", async () => {
+it("speaks until the last holder releases", async () => {
   await press("finger 1");
   await press("key KeyT");
   talk.release("finger 1");
@@ -99,7 +99,7 @@ it("is silent if it was released while the user was asked", async () => {
   expect(made[0]?.close).toHaveBeenCalled();
 });
 
-it("gives the microphone back half a minute after the last word", async () => {
+it("releases the microphone half a minute after the last use", async () => {
   await press();
   talk.release("finger 1");
   await vi.advanceTimersByTimeAsync(20_000);
@@ -123,7 +123,7 @@ it("is silent at once when the turn is over, whatever is held", async () => {
   expect(voice.isOn).toBe(false);
 });
 
-it("lets go of what is held, but not of an open microphone", async () => {
+it("releases what is held, but not an open microphone", async () => {
   talk.keep(true);
   await press();
   talk.letGo();
@@ -132,14 +132,14 @@ it("lets go of what is held, but not of an open microphone", async () => {
   expect(voice.isOn).toBe(false);
 });
 
-it("goes on over the next connection", async () => {
+it("continues over the next connection", async () => {
   await press();
   link = connection();
   talk.reconnected();
   expect(sent()).toBe(made[0]?.track);
 });
 
-describe("what goes wrong is a sentence", () => {
+describe("an error is shown as a sentence", () => {
   it("a microphone that is refused", async () => {
     open.mockRejectedValueOnce(new MicrophoneError("The microphone is not allowed here."));
     await press();
@@ -163,7 +163,7 @@ describe("what goes wrong is a sentence", () => {
     expect(open).toHaveBeenCalledTimes(2);
   });
 
-  it("a link without room for both: the commands have it", async () => {
+  it("a link without room for both, where commands have priority", async () => {
     await press();
     uplink = { ...WIDE, linkBps: 50_000 };
     talk.look(1000);
@@ -175,7 +175,7 @@ describe("what goes wrong is a sentence", () => {
     expect(voice.problem).toBeNull();
   });
 
-  it("what the server says of it", async () => {
+  it("the server's refusal", async () => {
     await press();
     talk.told(true, null);
     expect(voice.isHeard).toBe(true);
@@ -185,14 +185,14 @@ describe("what goes wrong is a sentence", () => {
   });
 });
 
-it("is packed as the link demands", async () => {
+it("uses the encoding that the link allows", async () => {
   uplink = { ...WIDE, linkBps: 300_000 };
   talk.look(0);
   await press();
   expect(link?.shape).toHaveBeenLastCalledWith(ENCODINGS[1]);
 });
 
-describe("the robot is not heard meanwhile", () => {
+describe("the robot is muted", () => {
   it("while the button is held", async () => {
     await press();
     expect(duck).toHaveBeenLastCalledWith(true);
@@ -203,7 +203,7 @@ describe("the robot is not heard meanwhile", () => {
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 
-  it("nor before the last word has come back, for a while at most", async () => {
+  it("until the echo of the last word has passed, for a bounded time", async () => {
     soundMs = 400;
     uplink = { ...WIDE, roundTripMs: 200 };
     await press();
@@ -221,7 +221,7 @@ describe("the robot is not heard meanwhile", () => {
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 
-  it("with an open microphone only while it is spoken into, or heard at the robot", async () => {
+  it("with an open microphone only while the user speaks or the robot plays it", async () => {
     talk.keep(true);
     await vi.advanceTimersByTimeAsync(0);
     const [device] = made;
@@ -242,7 +242,7 @@ describe("the robot is not heard meanwhile", () => {
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 
-  it("but is where nothing of the voice is played", async () => {
+  it("but not if nothing of the voice is played", async () => {
     await press();
     talk.told(false, says("The host has muted all voices."));
     await vi.advanceTimersByTimeAsync(500);

@@ -1,4 +1,4 @@
-/** When the voice is sent and the robot's sound is silenced; who may speak: `../permissions.ts`. */
+/** When the voice is sent and the robot's sound is muted; who may speak: `../permissions.ts`. */
 
 import { ours, type Saying, says } from "../words/said";
 import { ENCODINGS, EncodingChooser, type Uplink, type VoiceEncoding } from "./encoding";
@@ -6,17 +6,17 @@ import { Microphone } from "./microphone";
 
 /** What the page shows of this user's voice. */
 export interface Voice {
-  /** The microphone is heard by this page, and what it hears is sent. */
+  /** The microphone is on, and its sound is sent. */
   isOn: boolean;
-  /** It is being opened; the user may have to allow it. */
+  /** The microphone is being opened; the user may have to allow it. */
   isOpening: boolean;
   /** It stays on without being held. */
   isKept: boolean;
   /** From 0 to 1; 0 while it is off. */
   level: number;
-  /** The server says that it sounds at the robot. */
+  /** The server says that the robot plays the voice. */
   isHeard: boolean;
-  /** Why nothing is heard. */
+  /** Why the voice is not heard. */
   problem: Saying | null;
 }
 
@@ -40,24 +40,24 @@ export interface TalkOptions {
   link: () => VoiceLink | null;
   uplink: () => Uplink;
   changed: (voice: Voice) => void;
-  /** The age of the robot's sound here. */
+  /** The age of the robot's sound on this page. */
   soundMs: () => number;
-  /** Silences what this page plays, so that its user does not hear themselves come back. */
+  /** Mutes the robot's sound, so that the user does not hear their own echo. */
   duck: (isDucked: boolean) => void;
   open?: typeof Microphone.open;
 }
 
 const LOOK_EVERY_MS = 100;
-/** Whoever speaks is louder than this, 36 dB under full scale; known before the robot plays it. */
+/** A level above this, 36 dB below full scale, is speech, even before the robot plays it. */
 const SPEAKS_LEVEL = 0.4;
-/** The device stays open for so long after the last word, since to open it takes that word's time. */
+/** How long the microphone stays open after its last use, since opening it takes a moment. */
 const KEPT_OPEN_MS = 30_000;
-/** What the robot's microphone heard of this user has passed after so long. */
+/** The echo by the robot's microphone has passed after a time within these bounds. */
 const ECHO_MS = { least: 500, most: 2500 } as const;
 
 /**
- * Sends the microphone while something holds it: a finger, a key, or the open microphone. Nothing of
- * it reaches the link otherwise, and the device is given back half a minute later.
+ * Sends the microphone's sound while it is held, by a finger or a key, or kept open. Otherwise
+ * nothing of it reaches the link, and the device is released half a minute later.
  */
 export class Talk {
   #voice = SILENT;
@@ -77,7 +77,7 @@ export class Talk {
 
   constructor(private readonly options: TalkOptions) {}
 
-  /** Whether this user may speak; who may not any more is silent at once. */
+  /** Sets whether this user may speak; without permission the voice ends at once. */
   allow(isAllowed: boolean): void {
     this.#isAllowed = isAllowed;
     if (!isAllowed) this.letGo(true);
@@ -90,14 +90,14 @@ export class Talk {
     this.#update();
   }
 
-  /** Returns false if it was not held so. */
+  /** Returns false if this holder did not hold it. */
   release(holder: string): boolean {
     const was = this.#holders.delete(holder);
     if (was) this.#update();
     return was;
   }
 
-  /** Keeps the microphone on, or ends that. */
+  /** Keeps the microphone open without being held, or stops that. */
   keep(isKept: boolean): void {
     if (!this.#isAllowed) return;
     this.#tell({ isKept });
@@ -111,18 +111,18 @@ export class Talk {
     this.#update();
   }
 
-  /** The server's word on this voice. */
+  /** Handles the server's report on whether the voice is heard. */
   told(isHeard: boolean, reason: Saying | null): void {
     this.#tell({ isHeard, ...(this.#voice.isOn ? { problem: reason } : {}) });
   }
 
-  /** Has a new connection send what the one before did. */
+  /** Sends the voice over a new connection. */
   reconnected(): void {
     this.#sent = null;
     this.#update();
   }
 
-  /** A few times a second: what the link has room for changes without a voice, too. */
+  /** Adapts the encoding to the link; call it a few times a second, even without a voice. */
   look(nowMs: number): void {
     this.#encoding = this.#chooser.next(this.options.uplink(), this.#voice.isOn, nowMs);
     if (this.#voice.isOn) this.#send();
@@ -184,7 +184,7 @@ export class Talk {
     this.#tell({ level: this.#encoding ? (this.#microphone?.level ?? 0) : 0 });
   }
 
-  /** Makes the connection send what it should: nothing where there is no room for it. */
+  /** Sends the voice over the connection, or nothing where there is no room for it. */
   #send(): void {
     const link = this.options.link();
     if (!link) return;
@@ -202,13 +202,13 @@ export class Talk {
     if (this.#sent?.link === link && this.#sent.track === track) return;
     if (this.#sent === null && track === null) return;
     this.#sent = { link, track };
-    // A connection that has ended meanwhile is replaced by one that is told anew.
+    // If the connection has ended meanwhile, `reconnected` sends over the next one.
     link.speak(track).catch(() => {});
   }
 
   /**
-   * Silences the robot where this voice could come back. An open microphone must not do that all the
-   * time: only while it is spoken into, or heard there, and until that has come back.
+   * Mutes the robot's sound while the voice could come back as an echo. With an open microphone
+   * that is only while the user speaks or the robot plays it, and until the echo has passed.
    */
   #duck(): void {
     const { isOn, isHeard, level, problem } = this.#voice;

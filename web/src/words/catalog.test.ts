@@ -11,7 +11,7 @@ const ENGLISH: Catalog = all;
 const ALL = await Promise.all(
   LANGUAGES.map(async ({ tag, load }) => [tag, (await load()).messages] as const),
 );
-/** What is the same in English. */
+/** Messages that are the same in English. */
 const SAME: Readonly<Record<string, readonly string[]>> = {
   de: [
     "figures.stereo",
@@ -37,7 +37,7 @@ const templates = (message: Message) =>
 const holes = (template: string) =>
   [...template.matchAll(/\{(\w+)\}/g)].map(([, name]) => name).toSorted();
 
-/** The holes of a message's general form, which are all that it may have. */
+/** The placeholders of a message's general form, which are all that it may have. */
 function holesOf(message: Message): (string | undefined)[] {
   return holes(typeof message === "string" ? message : message.other);
 }
@@ -49,35 +49,35 @@ describe.each(ALL)("%s", (tag, catalog) => {
     expect(Object.keys(catalog).toSorted()).toEqual(Object.keys(all).toSorted());
   });
 
-  it("says something in every message, in no more space than needed", () => {
+  it("has text in every message, without surrounding spaces", () => {
     const poor = messages.filter(([, message]) =>
       templates(message).some((one) => one.trim() === "" || one !== one.trim()),
     );
     expect(poor).toEqual([]);
   });
 
-  it("has each value in its sentence that the English has", () => {
+  it("has the same values as the English", () => {
     for (const [code, message] of messages) {
       const wanted = holesOf(ENGLISH[code as keyof typeof all] ?? "");
       expect({ code, holes: holesOf(message) }).toEqual({ code, holes: wanted });
     }
   });
 
-  it("has each form that the language has for a number, and no other", () => {
+  it("has each plural form of the language, and no other", () => {
     const { pluralCategories } = new Intl.PluralRules(tag).resolvedOptions();
     const plural = messages.filter(([, message]) => typeof message !== "string");
     expect(plural).not.toEqual([]);
     for (const [code, message] of plural) {
       const forms = Object.keys(message).toSorted();
       expect({ code, forms }).toEqual({ code, forms: pluralCategories.toSorted() });
-      // A form may leave out the number ("one person"), but have nothing that the general one lacks.
+      // A form may omit the number ("one person"), but has nothing that the general one lacks.
       for (const one of templates(message)) {
         for (const hole of holes(one)) expect(holesOf(message)).toContain(hole);
       }
     }
   });
 
-  it("is laid out as English is, each message in the file of the moment that says it", () => {
+  it("has the same files and order as English", () => {
     for (const file of ["first.json", "later.json", "replay.json"]) {
       const codes = (language: string) =>
         Object.keys(JSON.parse(readFileSync(join(import.meta.dirname, language, file), "utf8")));
@@ -87,7 +87,7 @@ describe.each(ALL)("%s", (tag, catalog) => {
 });
 
 describe.each(ALL.filter(([tag]) => tag !== "en"))("%s", (tag, catalog) => {
-  it("is not English copied", () => {
+  it("is not copied English", () => {
     const same = Object.keys(all).filter((code) => {
       const key = code as keyof typeof all;
       return JSON.stringify(catalog[key]) === JSON.stringify(all[key]);
@@ -96,7 +96,7 @@ describe.each(ALL.filter(([tag]) => tag !== "en"))("%s", (tag, catalog) => {
   });
 });
 
-it("has no message that the page never says", () => {
+it("has no unused message", () => {
   const sources = readdirSync(SOURCES, { recursive: true, encoding: "utf8" })
     .filter((path) => /\.tsx?$/.test(path) && !/\.test\.tsx?$/.test(path))
     .map((path) => readFileSync(join(SOURCES, path), "utf8"))

@@ -6,11 +6,11 @@ import { expect, it } from "vitest";
 const SOURCES = join(import.meta.dirname, "..");
 /** Neither the page's own, nor written by hand, nor said to anybody. */
 const ELSEWHERE = /^(words|generated|testing)\/|\.test\.tsx?$/;
-/** What a browser reads, and what only a log or the next `catch` does. */
+/** Strings for the browser, and those only for a log or the next `catch`. */
 const UNSEEN_ATTRIBUTES = new Set(["class", "rel"]);
 const UNSEEN = new Set(["Error", "DOMException"]);
 const TWO_WORDS = /\p{L}{2} \p{L}{2}/u;
-/** Names of who holds the robot, a code of the server's, and the program's name. */
+/** Holders' names, a code of the server's, and the program's name. */
 const NO_WORDS = new Set(["gamepad stick", "talk button", "ended by the host", "WAX"]);
 
 interface Node {
@@ -20,7 +20,7 @@ interface Node {
 
 const nameIn = (node: unknown) => (node as { name?: unknown } | undefined)?.name as string;
 
-/** The texts of a program that may reach a reader: all within elements, elsewhere two words or more. */
+/** A program's texts that may reach a reader: any within elements, elsewhere two words or more. */
 function* texts(node: unknown): Generator<string> {
   if (Array.isArray(node)) for (const one of node) yield* texts(one);
   if (typeof node !== "object" || node === null || Array.isArray(node)) return;
@@ -36,13 +36,13 @@ function* texts(node: unknown): Generator<string> {
 
 const parsed = (source: string) => parseAst(source, { lang: "tsx" });
 
-it("finds a sentence in text, attributes, strings and templates, and leaves the rest", () => {
+it("finds sentences in text, attributes, strings and templates only", () => {
   const source = `const a = <p class="one two" title="Say it">{t("a.b")} Hello{why ?? \`was \${n} here now\`}</p>;
     const b = why === null ? "it is gone" : "is-gone"; throw new Error("never seen by anybody");`;
   expect([...texts(parsed(source))]).toEqual(["Say it", "Hello", " here now", "it is gone"]);
 });
 
-it("says nothing in English that is not in words/", () => {
+it("has no English for readers outside of words/", () => {
   const found = readdirSync(SOURCES, { recursive: true, encoding: "utf8" })
     .filter((path) => /\.tsx?$/.test(path) && !ELSEWHERE.test(path))
     .flatMap((path) => [...texts(parsed(readFileSync(join(SOURCES, path), "utf8")))]);

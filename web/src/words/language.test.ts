@@ -28,32 +28,32 @@ describe("the language", () => {
     expect(choose({ ...NONE, browser: ["fr-CH", "de-CH", "en"] })).toBe("de");
   });
 
-  it("is English where nobody wants one that the page speaks", () => {
+  it("is English if no wished one is available", () => {
     expect(choose(NONE)).toBe("en");
     expect(choose({ chosen: "", search: "?lang=", host: "", browser: ["fr", "tlh"] })).toBe("en");
     expect(choose({ ...NONE, chosen: "constructor", search: "?lang=__proto__" })).toBe("en");
   });
 
-  it("is the trial's for who asks for it in the address, and for nobody else", () => {
+  it("is the pseudo-language only if the address asks for it", () => {
     expect(choose({ ...NONE, chosen: "de", search: "?lang=pseudo" })).toBe("pseudo");
     expect(choose({ chosen: "pseudo", search: "", host: "pseudo", browser: ["pseudo"] })).toBe(
       "en",
     );
   });
 
-  it("is understood with its country and in any case", () => {
+  it("is recognised with its country and in any letter case", () => {
     expect(choose({ ...NONE, chosen: "DE-at" })).toBe("de");
   });
 });
 
-it("knows where a page's wishes are", () => {
+it("reads the wishes from the page", () => {
   document.documentElement.dataset.language = "de";
   expect(wishes("en")).toMatchObject({ chosen: "en", host: "de", browser: navigator.languages });
   delete document.documentElement.dataset.language;
   expect(wishes(null).host).toBeUndefined();
 });
 
-it("tells the browser in which language and direction the page is", async () => {
+it("sets the page's language and direction for the browser", async () => {
   expect(await speak("de")).toBe(true);
   expect(t("turn.you_drive")).toBe("Du fährst");
   expect(document.documentElement).toMatchObject({ lang: "de", dir: "ltr" });
@@ -70,19 +70,19 @@ it("can be from right to left", async () => {
   expect(document.documentElement.dir).toBe("ltr");
 });
 
-it("heeds the last of several choices, whichever is loaded first", async () => {
+it("uses the last of several choices, whichever loads first", async () => {
   await Promise.all([speak("de"), speak("en")]);
   expect(language.value).toBe(ENGLISH);
 });
 
-it("can be called by every language's own name", () => {
+it("has its own name for every language", () => {
   expect(LANGUAGES.map(({ tag }) => nameOf(tag))).toEqual(LANGUAGES.map(({ name }) => name));
 });
 
 describe("a page", () => {
   const preferences = (chosen: string | null) => signal({ language: chosen } as Preferences);
 
-  it("speaks as wished, and follows each change", async () => {
+  it("uses the wished language, and follows each change", async () => {
     const wished = preferences("de");
     listenLanguage(wished, signal(false), () => {});
     await eventually(() => expect(language.value.tag).toBe("de"));
@@ -90,7 +90,7 @@ describe("a page", () => {
     await eventually(() => expect(language.value.tag).toBe("en"));
   });
 
-  it("loads no language while its link is needed for driving, says so once a wish, and catches up", async () => {
+  it("loads no language while driving needs its link, says so once per wish, and loads it later", async () => {
     const wished = preferences("en");
     const waits = signal(true);
     const say = vi.fn();
@@ -109,7 +109,7 @@ describe("a page", () => {
     await eventually(() => expect(language.value.tag).toBe("de"));
   });
 
-  it("stays as it is where a language cannot be loaded, says so, and tries again", async () => {
+  it("stays as it is if a language cannot be loaded, says so, and retries", async () => {
     vi.doMock("./de", () => {
       throw new Error("no network");
     });

@@ -1,10 +1,10 @@
-/** Which languages the page speaks, which of them is for whom, and changing between them. */
+/** Which languages the page has, which one a user gets, and changing between them. */
 
 import { effect, type ReadonlySignal, untracked } from "@preact/signals";
 import type { Preferences } from "../preferences";
 import { ENGLISH, type Language, language, t } from "./words";
 
-/** A language in its own words, as people look for it in a list; loaded only for who reads it. */
+/** A language with its own name, as people look for it in a list; loaded only when used. */
 export interface Spoken {
   tag: string;
   name: string;
@@ -20,14 +20,14 @@ export const LANGUAGES: readonly Spoken[] = [
   },
 ];
 
-/** To see what translations do to the page; only who asks for it in the address gets it. */
+/** Shows what translations do to the page; only by `?lang=pseudo`. */
 const TRIAL = "pseudo";
 
-/** Where a wish for a language may come from, the strongest first. */
+/** The sources of a wish for a language, the strongest first. */
 export interface Wishes {
   /** What was chosen on this device; null for nothing. */
   chosen: string | null;
-  /** The address's `?…`. */
+  /** The address's query. */
   search: string;
   /** What the host has set for the page, if anything. */
   host: string | undefined;
@@ -35,7 +35,7 @@ export interface Wishes {
   browser: readonly string[];
 }
 
-/** Returns the language for these wishes: English where none of them is spoken. Pure. */
+/** Returns the first wished language that the page has, else English. Pure. */
 export function choose({ chosen, search, host, browser }: Wishes): string {
   const asked = new URLSearchParams(search).get("lang");
   if (asked === TRIAL) return TRIAL;
@@ -46,13 +46,13 @@ export function choose({ chosen, search, host, browser }: Wishes): string {
   return ENGLISH.tag;
 }
 
-/** The page's language for this tag: `de` for `de-AT`; null where it has none. */
+/** The page's language for this tag, as `de` for `de-AT`; null if it has none. */
 function spoken(wish: string): string | null {
   const [tag = ""] = wish.toLowerCase().split("-");
   return LANGUAGES.some((one) => one.tag === tag) ? tag : null;
 }
 
-/** The wishes as they are in a page. */
+/** The wishes of this page and browser. */
 export function wishes(chosen: string | null): Wishes {
   return {
     chosen,
@@ -65,8 +65,8 @@ export function wishes(chosen: string | null): Wishes {
 let newest = 0;
 
 /**
- * Has the page speak this language once it is loaded; resolves to false where that fails, and then
- * it speaks on as before. Of several calls the last one counts.
+ * Switches the page to this language once it is loaded; resolves to false if that fails, which
+ * keeps the previous language. Of several calls the last one counts.
  */
 export async function speak(tag: string): Promise<boolean> {
   const call = ++newest;
@@ -88,14 +88,14 @@ async function load(tag: string): Promise<Language> {
   return LANGUAGES.find((one) => one.tag === tag)?.load() ?? ENGLISH;
 }
 
-/** What a language is called by who speaks it. */
+/** A language's name in that language. */
 export function nameOf(tag: string): string {
   return LANGUAGES.find((one) => one.tag === tag)?.name ?? tag;
 }
 
 /**
- * Has the page speak the language that is wished, now and after each change; says where it cannot.
- * While `waits` nothing is loaded.
+ * Switches to the wished language, now and after each change; says so if it cannot be loaded. While
+ * `waits` nothing is loaded.
  */
 export function listenLanguage(
   preferences: ReadonlySignal<Preferences>,

@@ -5,7 +5,7 @@ beforeEach(() => {
   vi.useFakeTimers();
 });
 
-it("loads once, however often it is asked", () => {
+it("loads once, however often it is called", () => {
   const load = vi.fn(async () => {});
   const words = new LateWords(load);
   expect(load).not.toHaveBeenCalled();
@@ -14,7 +14,7 @@ it("loads once, however often it is asked", () => {
   expect(load).toHaveBeenCalledOnce();
 });
 
-it("tells whoever waits for it that it has loaded, or could not", async () => {
+it("resolves when it has loaded, or could not", async () => {
   const load = vi.fn(async () => {});
   load.mockRejectedValueOnce(new Error("the server is gone"));
   const words = new LateWords(load);
@@ -24,7 +24,7 @@ it("tells whoever waits for it that it has loaded, or could not", async () => {
   expect(load).toHaveBeenCalledTimes(2);
 });
 
-it("tries again until it has loaded", async () => {
+it("retries until it has loaded", async () => {
   const load = vi.fn(async () => {});
   load.mockRejectedValueOnce(new Error("the server is gone"));
   const words = new LateWords(load);

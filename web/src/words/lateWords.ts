@@ -1,15 +1,15 @@
 import { loadSaid } from "./said";
 
-/** What could not be loaded is tried again after so long. */
+/** The pause before a failed load is retried. */
 const AGAIN_MS = 5000;
 
-/** Loads the server's words once, when they are first asked for; again until they are there. */
+/** Loads the server's sentences once, when they are first needed; retries until that succeeds. */
 export class LateWords {
   #asked: Promise<void> | null = null;
 
   constructor(private readonly load: () => Promise<unknown> = loadSaid) {}
 
-  /** Resolves when they have been loaded, or could not be at first. */
+  /** Resolves once the first attempt to load them is over. */
   ask(): Promise<void> {
     this.#asked ??= this.load().then(
       () => {},

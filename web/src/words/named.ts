@@ -1,4 +1,4 @@
-/** A name in a sentence: one that is written from right to left leaves the rest in order. */
+/** Isolates a right-to-left name, so that the rest of the sentence keeps its order. */
 export function named(name: string): string {
   return RIGHT_TO_LEFT.test(name) ? `\u2068${name}\u2069` : name;
 }

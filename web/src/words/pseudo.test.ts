@@ -3,14 +3,14 @@ import { all as everything } from "./en";
 import { makePseudo, pseudo } from "./pseudo";
 import { fill } from "./words";
 
-/** What is seen of it: no marks of direction, and no holes. */
+/** Its visible text, without marks of direction and placeholders. */
 const seen = (text: string) => text.replace(/[\u202a-\u202e\u2066-\u2069]|\{\w+\}/g, "");
 const templates = (message: unknown) =>
   typeof message === "string" ? [message] : Object.values(message as Record<string, string>);
 const all = Object.values(everything).flatMap(templates);
 
-describe("the language that nobody speaks", () => {
-  it("keeps every hole as it is, in its place", () => {
+describe("the pseudo-language", () => {
+  it("keeps every placeholder in its place", () => {
     const holes = (text: string) => text.match(/\{\w+\}/g);
     for (const one of all) expect(holes(pseudo(one))).toEqual(holes(one));
     expect(fill(pseudo("{a}: to {b}"), { a: "1", b: "2" }, "ar")).toMatch(/^1.*2/);
@@ -28,7 +28,7 @@ describe("the language that nobody speaks", () => {
     for (const one of all) expect(seen(pseudo(one))).not.toMatch(/[aeiou]/i);
   });
 
-  it("runs from right to left between its values, and closes what it opens", () => {
+  it("runs from right to left between its values, with balanced marks", () => {
     expect(pseudo("x{a}m")).toMatch(/^\u202ex\u202c\{a\}\u202em\u202c/);
     for (const one of all) {
       const text = pseudo(one);
@@ -36,7 +36,7 @@ describe("the language that nobody speaks", () => {
     }
   });
 
-  it("has each message, in each form that its numbers want", () => {
+  it("has each message in each plural form", () => {
     const { tag, direction, messages } = makePseudo();
     expect(direction).toBe("rtl");
     expect(Object.keys(messages)).toEqual(Object.keys(everything));

@@ -1,24 +1,24 @@
 /**
- * A language that nobody speaks, to see what a translation will do to the page: English from right
- * to left, two fifths longer, and with accents, by which one knows what was not translated. Made
- * when it is asked for, so that it is never behind.
+ * A pseudo-language that shows what a translation does to the page: English from right to left, two
+ * fifths longer, and with accents, which reveal untranslated text. Generated when needed, so that
+ * it is always complete.
  */
 
 import english from "../generated/sentences.json";
 import { all as everything } from "./en";
 import type { Language, Message } from "./words";
 
-/** Latin digits, so that figures stay comparable; XB is a country of nobody's. */
+/** Latin digits, so that figures stay comparable; XB is no country's code. */
 const TAG = "ar-XB-u-nu-latn";
 const LONGER_BY = 0.4;
 
 const PLAIN = "ABCDEGHIJKLNORSTUWYZabcdeghijklnorstuwyz";
 const ACCENTED = "ÅƁÇÐÉĜĤÎĴĶĻÑÖŔŠŢÛŴÝŽåƀçðéĝĥîĵķļñöŕšţûŵýž";
 const VOWEL = /[aeiouy]/i;
-/** The text between is from right to left, whatever its letters are. */
+/** The text between these runs from right to left, whatever its letters. */
 const RIGHT_TO_LEFT = ["\u202e", "\u202c"] as const;
 
-/** Returns a template as that language has it; its holes stay as they are. Pure. */
+/** Returns a template in the pseudo-language; its placeholders stay as they are. Pure. */
 export function pseudo(template: string): string {
   const [begin, end] = RIGHT_TO_LEFT;
   let owed = 0;
@@ -42,7 +42,7 @@ function accented(letter: string): string {
   return ACCENTED[PLAIN.indexOf(letter)] ?? letter;
 }
 
-/** Arabic's forms for numbers, all made of the two that English has. */
+/** A message with all of Arabic's plural forms, made from English's two. */
 function inEveryForm(message: Exclude<Message, string>): Message {
   const { pluralCategories } = new Intl.PluralRules(TAG).resolvedOptions();
   const forms = pluralCategories.map((form) => [form, pseudo(message[form] ?? message.other)]);

@@ -25,11 +25,11 @@ const ALL = await Promise.all(LANGUAGES.map(({ load }) => load()));
 const OTHERS = [...ALL.filter((one) => one !== ENGLISH), makePseudo()];
 
 describe.each(OTHERS)("what the server says, in $tag", ({ tag, said: own = {} }) => {
-  it("has every code of the server's, and no other", () => {
+  it("has every code of the server, and no other", () => {
     expect(Object.keys(own).toSorted()).toEqual(Object.keys(SAID_ENGLISH).toSorted());
   });
 
-  it("has a hole for each value, in each of its forms", () => {
+  it("has a placeholder for each value, in each of its forms", () => {
     for (const [code, english] of Object.entries(SAID_ENGLISH)) {
       const message = own[code] ?? "";
       expect({ code, holes: holes(general(message)) }).toEqual({
@@ -42,7 +42,7 @@ describe.each(OTHERS)("what the server says, in $tag", ({ tag, said: own = {} })
     }
   });
 
-  it("has each form that the language has for a number, where English has more than one", () => {
+  it("has each plural form of the language where English has more than one", () => {
     const { pluralCategories } = new Intl.PluralRules(tag).resolvedOptions();
     for (const [code, english] of Object.entries(SAID_ENGLISH)) {
       if (typeof english === "string") continue;
@@ -51,17 +51,17 @@ describe.each(OTHERS)("what the server says, in $tag", ({ tag, said: own = {} })
     }
   });
 
-  it("says something, in no more space than needed", () => {
+  it("has text, without surrounding spaces", () => {
     const poor = Object.values(own).flatMap(templates);
     expect(poor.filter((one) => one.trim() === "" || one !== one.trim())).toEqual([]);
   });
 });
 
-it("is not English copied", () => {
+it("is not copied English", () => {
   const same = Object.keys(SAID_ENGLISH).filter(
     (code) => JSON.stringify(german.said?.[code]) === JSON.stringify(SAID_ENGLISH[code]),
   );
-  // Nothing but values and units.
+  // Only values and units.
   expect(same.toSorted()).toEqual([
     "by.named",
     "camera.named",
@@ -72,7 +72,7 @@ it("is not English copied", () => {
   ]);
 });
 
-it("has no code that the page says later as its own", () => {
+it("has no code that the page uses as its own", () => {
   const folder = join(import.meta.dirname, "..");
   const sources = readdirSync(folder, { recursive: true, encoding: "utf8" })
     .filter((path) => /\.tsx?$/.test(path) && !path.includes(".test."))
@@ -85,7 +85,7 @@ it("has no code that the page says later as its own", () => {
 });
 
 describe("before the server's words are loaded", () => {
-  it.each(OTHERS)("a full robot is told in $tag, or as the server did", async (spoken) => {
+  it.each(OTHERS)("a full robot is reported in $tag, or in the server's words", async (spoken) => {
     vi.resetModules(); // a page that has loaded nothing yet
     const early = await import("./said");
     const { language: speaks } = await import("./words");
@@ -102,21 +102,21 @@ describe("before the server's words are loaded", () => {
   });
 });
 
-it("has the words of a goodbye by then: the server that says it gives no more", async () => {
+it("has the words of a goodbye already, as the server can send no more", async () => {
   vi.resetModules();
   const early = await import("./said");
   expect(early.said({ code: "door.goodbye" })).toBe(SAID_ENGLISH["door.goodbye"]);
 });
 
 describe("a sentence of the server's", () => {
-  it("is said in the reader's language, and anew when that changes", () => {
+  it("is in the reader's language, and follows its changes", () => {
     const sentence = { code: "drive.not_your_turn" };
     expect(said(sentence)).toBe("It is not your turn.");
     language.value = german;
     expect(said(sentence)).toBe("Du bist nicht dran.");
   });
 
-  it("may have others within, and numbers as the language writes them", () => {
+  it("may contain others, and numbers in the language's format", () => {
     const rate = { code: "rate.mbit", values: { rate: 1.2 } };
     const sentence = { code: "sent.carries", values: { rate } };
     expect(said(sentence)).toBe("the link carries about 1.2 Mbit/s");
@@ -132,29 +132,29 @@ describe("a sentence of the server's", () => {
     ]);
   });
 
-  it("keeps a name from right to left in its place", () => {
+  it("keeps a right-to-left name in its place", () => {
     expect(said({ code: "voice.taken", values: { name: "אבא" } })).toBe(
       "\u2068אבא\u2069 is speaking; wait until they have finished.",
     );
   });
 
-  it("is English in a language that lacks it", () => {
+  it("falls back to English in a language that lacks it", () => {
     language.value = { ...german, said: {} };
     expect(said({ code: "door.closed" })).toBe("The robot is closed.");
   });
 
-  it("says at least its values where the page does not know the code, or what to do", () => {
+  it("shows at least its values, or what to do, if the page does not know the code", () => {
     expect(said({ code: "new.one", values: { text: "The arm is stuck.", n: 3 } })).toBe(
       "The arm is stuck., 3",
     );
     expect(said({ code: "new.one" })).toContain("reload it");
   });
 
-  it("is nothing where there is none", () => {
+  it("is null for none", () => {
     expect([said(null), said(undefined)]).toEqual([null, null]);
   });
 
-  it("is known by its code, among whatever may come", () => {
+  it("is recognised by its code", () => {
     expect([says("Hm."), { code: "x" }].every(isSentence)).toBe(true);
     expect([null, undefined, "x", 3, {}, { code: 3 }].some(isSentence)).toBe(false);
   });

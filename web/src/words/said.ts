@@ -1,40 +1,40 @@
-/** What the server says, in the reader's language: it comes as a code with values. */
+/** The server's sentences in the reader's language; they arrive as codes with values. */
 
 import { signal } from "@preact/signals";
 import type { Sentence } from "../messages";
 import { named } from "./named";
 import { type Code, fill, isOurs, language, type Message, t } from "./words";
 
-/** What a language has for the server's codes. */
+/** A language's messages for the server's codes. */
 export type SaidCatalog = Readonly<Record<string, Message>>;
 
 /**
- * What is to be said, put into words only where it is shown: words that come later, or another
- * language, are seen at once. `english` is the server's own, where it came along.
+ * A sentence that is put into words only where it is shown, so that words loaded later, or another
+ * language, apply at once. `english` is the server's own wording, where it was sent along.
  */
 export interface Saying extends Sentence {
   english?: string;
 }
 
-/** What needs no words but its value, and what is said when no server gives any more words. */
+/** Sentences that are only a value, and one for when no server can provide words any more. */
 const NO_WORDS: SaidCatalog = {
   says: "{text}",
   "by.named": "{name}",
   "door.goodbye": "The server is restarting or was switched off.",
 };
 
-/** The server's words, once they are loaded: the first picture does not wait for them. */
+/** The server's sentences, once they are loaded: the first picture does not wait for them. */
 const english = signal<SaidCatalog>(NO_WORDS);
 
-/** Loads the server's words; until then it is quoted in English where that came along. */
+/** Loads the server's sentences; until then, any English sent along is shown. */
 export async function loadSaid(): Promise<SaidCatalog> {
   english.value = (await import("../generated/sentences.json")).default;
   return english.value;
 }
 
 /**
- * The sentence in words. A code that the language lacks is English. One that this page has never
- * heard of, since the server is newer, is at least its values; "…" while words are on their way.
+ * The sentence in words, in English if the language lacks its code. A code unknown to this page,
+ * from a newer server, shows at least its values; "…" while the words are being loaded.
  */
 export function said(sentence: Saying): string;
 export function said(sentence: Saying | null | undefined): string | null;
@@ -63,7 +63,7 @@ function inWords(value: string | number | Sentence): string | number {
   return typeof value === "string" ? named(value) : value;
 }
 
-/** Whether this came as a sentence. */
+/** Whether this is a sentence from the server. */
 export function isSentence(one: unknown): one is Sentence {
   return typeof (one as Sentence | null)?.code === "string";
 }
@@ -73,7 +73,7 @@ export function ours(code: Code, values?: Sentence["values"]): Saying {
   return values ? { code, values } : { code };
 }
 
-/** Words that are nobody's code, as a sentence: they are shown as they are. */
+/** Plain text as a sentence, shown as it is. */
 export function says(text: string): Sentence {
   return { code: "says", values: { text } };
 }

@@ -9,15 +9,15 @@ afterEach(() => {
 });
 
 describe("a message", () => {
-  it("takes its values wherever they are named", () => {
+  it("takes its values wherever their placeholders are", () => {
     expect(fill("{b} {a} {b}", { a: "x", b: "y" }, "en")).toBe("y x y");
   });
 
-  it("keeps a hole without a value, so that one sees what is missing", () => {
+  it("keeps a placeholder without a value, to show what is missing", () => {
     expect(fill("from {who}", {}, "en")).toBe("from {who}");
   });
 
-  it("takes a value as it is, be it a hole itself", () => {
+  it("takes a value as it is, even if it looks like a placeholder", () => {
     expect(fill("{a} {b}", { a: "{b}", b: "$&" }, "en")).toBe("{b} $&");
   });
 
@@ -27,7 +27,7 @@ describe("a message", () => {
     expect(fill("{n}", { n: "1234.5" }, "de")).toBe("1234.5");
   });
 
-  it("has the form that the language wants for a number", () => {
+  it("has the language's plural form", () => {
     const message = { one: "{n} Katze", few: "{n} kočky", other: "{n} Katzen" };
     expect([1, 2, 5].map((n) => fill(message, { n }, "de"))).toEqual([
       "1 Katze",
@@ -37,14 +37,14 @@ describe("a message", () => {
     expect(fill(message, { n: 2 }, "cs")).toBe("2 kočky");
   });
 
-  it("has its general form where no number is given", () => {
+  it("has its general form without a number", () => {
     expect(fill({ one: "one", other: "some" }, {}, "en")).toBe("some");
     expect(fill({ one: "one", other: "some" }, { n: "1" }, "en")).toBe("some");
   });
 });
 
 describe("the page", () => {
-  it("speaks the language that is set", () => {
+  it("uses the chosen language", () => {
     expect(t("turn.you_drive")).toBe("You are driving");
     language.value = GERMAN;
     expect(t("turn.you_drive")).toBe("Du fährst");
@@ -52,7 +52,7 @@ describe("the page", () => {
     expect(t("turn.waiting", { n: 2000 })).toBe("2.000 Personen warten.");
   });
 
-  it("keeps each value in its own order where the language runs from right to left", () => {
+  it("keeps each value's order in a right-to-left language", () => {
     language.value = {
       tag: "he",
       direction: "rtl",
@@ -62,19 +62,19 @@ describe("the page", () => {
     expect(t("stop.by", { name: "" })).toBe(" \u05e2\u05e6\u05e8");
   });
 
-  it("is English where a language lacks a message", () => {
+  it("falls back to English if a language lacks a message", () => {
     language.value = { ...GERMAN, messages: {} };
     expect(t("turn.you_drive")).toBe("You are driving");
   });
 });
 
-it("writes figures with the language's own decimal sign, and groups nothing", () => {
+it("writes figures with the language's own decimal sign, ungrouped", () => {
   expect([figure(1234), figure(0.35), figure(12, 1)]).toEqual(["1234", "0.35", "12.0"]);
   language.value = GERMAN;
   expect([figure(1234), figure(0.35), figure(12, 1)]).toEqual(["1234", "0,35", "12,0"]);
 });
 
-it("writes times as the reader's country does, if it speaks the page's language", () => {
+it("writes times as in the reader's country, if that uses the page's language", () => {
   vi.stubGlobal("navigator", { languages: ["fr-FR", "de-AT", "en-GB"] });
   expect(locale()).toBe("en-GB");
   language.value = GERMAN;

@@ -17,31 +17,31 @@ export type Message = string | Readonly<{ other: string } & Partial<Record<Plura
 export type Catalog = Readonly<Partial<Record<Code, Message>>>;
 type Plural = "zero" | "one" | "two" | "few" | "many" | "other";
 
-/** A language that the page speaks; `tag` is BCP 47, for the browser and for `Intl`. */
+/** A language of the page; `tag` is BCP 47, for the browser and for `Intl`. */
 export interface Language {
   tag: string;
   direction: "ltr" | "rtl";
   messages: Catalog;
-  /** What the server says, by its codes (`said.ts`); English where it lacks one. */
+  /** The server's sentences by code (`said.ts`); English where one is missing. */
   said?: Readonly<Record<string, Message>>;
 }
 
-/** What English has, as far as it is loaded. */
+/** The English messages loaded so far. */
 const english: Partial<Record<Code, Message>> = { ...first };
 
 export const ENGLISH: Language = { tag: "en", direction: "ltr", messages: english };
 
-/** Adds English that came with the part of the page that says it. */
+/** Adds the English messages of a part of the page that was loaded late. */
 export function learn(more: Catalog): void {
   Object.assign(english, more);
 }
 
-/** Loads the English of the parts that are loaded late. */
+/** Loads the English messages of the parts that are loaded late. */
 export async function learnLater(): Promise<void> {
   learn((await import("./en/later.json")).default);
 }
 
-/** The language in use: views that read a sentence are drawn again when it changes. */
+/** The language in use; views that read a sentence are redrawn when it changes. */
 export const language = signal<Language>(ENGLISH);
 
 /** The sentence with this code, with its values in place. */
@@ -50,12 +50,12 @@ export function t(code: Code, values: Values = {}): string {
   return fill(messages[code] ?? english[code] ?? code, values, tag);
 }
 
-/** Whether this is one of the page's own codes, as far as its English is loaded. */
+/** Whether this is one of the page's own codes, among those loaded so far. */
 export function isOurs(code: string): code is Code {
   return Object.hasOwn(english, code);
 }
 
-/** A number in the language's digits, not grouped; with so many decimals, or as many as it has. */
+/** A number in the language's digits, ungrouped; with `decimals`, or as many as it has. */
 export function figure(value: number, decimals?: number): string {
   return value.toLocaleString(language.value.tag, {
     useGrouping: false,
@@ -65,7 +65,7 @@ export function figure(value: number, decimals?: number): string {
   });
 }
 
-/** How the reader writes times and days: the language, as it is used in their country if known. */
+/** The locale for times and days: the language, as used in the reader's country if known. */
 export function locale(): string {
   const { tag } = language.value;
   return navigator.languages.find((one) => one.split("-")[0] === tag) ?? tag;
@@ -81,7 +81,7 @@ export function fill(message: Message, values: Values, tag: string): string {
   });
 }
 
-/** A value that keeps its own order in a language from right to left: a name, "640 × 480". */
+/** Isolates a value, such as a name or "640 × 480", so that it keeps its order in RTL text. */
 function apart(value: string): string {
   return language.value.direction === "rtl" && value !== "" ? `\u2068${value}\u2069` : value;
 }

@@ -10,10 +10,10 @@ import { useKeysDown } from "../useHeld";
 import { axisWords } from "../words";
 
 const AXIS_STEP = 0.05;
-/** Keys that move a slider which has the focus. */
+/** Keys that move a focused slider. */
 const SLIDING = /^(Arrow.*|Home|End|PageUp|PageDown)$/;
 
-/** What the robot can move besides its wheels: a slider each, and all back to the middle. */
+/** The robot's axes besides its wheels: a slider each, and a button to centre them all. */
 export function Axes() {
   const { hello, mayMove } = useState();
   const { recentre } = useActions();
@@ -32,8 +32,8 @@ export function Axes() {
 }
 
 /**
- * Holding a slider counts as holding a control. Its axis follows each change, however it is made.
- * Left is the positive end of a pan, as it is of turning.
+ * Holding a slider counts as holding a control. Its axis follows every change, however it is made.
+ * Left is the positive end of a pan, as of turning.
  */
 function Axis({ axis }: { axis: string }) {
   const { axes, cameras, mayMove } = useState();
@@ -58,7 +58,7 @@ function Axis({ axis }: { axis: string }) {
         value={axes.value[axis] ?? 0}
         disabled={!mayMove.value}
         aria-keyshortcuts={useShortcuts(axis)}
-        // The window gets the pointerup wherever it happens.
+        // The window receives the pointerup wherever it happens.
         onPointerDown={(event) => press(fingerHolder(event.pointerId), null)}
         onKeyDown={onKeyDown}
         onKeyUp={(event) => keys.lift(event)}

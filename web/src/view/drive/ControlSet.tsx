@@ -10,10 +10,10 @@ import { Segment } from "../Segment";
 import { useHeld, useKeysDown } from "../useHeld";
 import { keyName } from "./keyHint";
 
-/** Keys that move a slider which has the focus. */
+/** Keys that move a focused slider. */
 const SLIDING = /^(Arrow.*|Home|End|PageUp|PageDown)$/;
 
-/** The controls that are shown; each by its kind. */
+/** The shown controls, each by its kind. */
 export function ControlSet({ shown }: { shown: readonly ControlInfo[] }) {
   return (
     <fieldset class="controls" aria-label={t("controls.name")}>
@@ -37,7 +37,7 @@ function Control({ control }: { control: ControlInfo }) {
   }
 }
 
-/** What a control shows, and whether it can be used now. */
+/** A control's value, and whether it can be used now. */
 function useControl(control: ControlInfo) {
   const { mayMove, room, usableControls, wantedControls, heldControls } = useState();
   const { name } = control;
@@ -46,7 +46,7 @@ function useControl(control: ControlInfo) {
   return { isDisabled: !isUsable, isHeld: heldControls.value.has(name), value };
 }
 
-/** A button that works while it is pressed, as one that drives does. */
+/** A button that works while it is pressed, like one that drives. */
 function Hold({ control }: { control: ControlInfo }) {
   const { isDisabled, isHeld } = useControl(control);
   const { holdControl, releaseControl } = useActions();
@@ -82,7 +82,7 @@ function Toggle({ control }: { control: ControlInfo }) {
   );
 }
 
-/** One that moves is held as long as somebody slides it, by whatever. */
+/** A slider; one that moves something is held while it is slid, by any means. */
 function Slide({ control }: { control: ControlInfo }) {
   const { name, min, max, step, moves } = control;
   const { isDisabled, isHeld, value } = useControl(control);
@@ -104,7 +104,7 @@ function Slide({ control }: { control: ControlInfo }) {
         aria-label={control.label}
         value={value ?? (moves ? (min + max) / 2 : min)}
         disabled={isDisabled}
-        // The window gets the pointerup wherever it happens.
+        // The window receives the pointerup wherever it happens.
         onPointerDown={(event) => hold(fingerHolder(event.pointerId))}
         onKeyDown={(event) => {
           if (!SLIDING.test(codeOf(event))) return;
@@ -144,7 +144,7 @@ function Choose({ control }: { control: ControlInfo }) {
   );
 }
 
-/** What it is called, and its key. */
+/** The control's name and key. */
 function Name({ control }: { control: ControlInfo }) {
   const key = useKey(control);
   return (
@@ -159,7 +159,7 @@ function Name({ control }: { control: ControlInfo }) {
   );
 }
 
-/** What is printed on the key that presses it, as long as nothing else has that key. */
+/** The label of the key that presses the control, unless the user has assigned that key. */
 function useKey(control: ControlInfo): string | undefined {
   const { hello, preferences } = useState();
   const { key } = control;

@@ -31,16 +31,16 @@ export function KeyChoice() {
   };
 
   const action = awaited.value;
-  // It listens by the time it says so, and no longer: not some frames later.
+  // A layout effect, so that it listens exactly while it says so, not some frames later.
   useLayoutEffect(() => {
     if (action === null) return;
     const ending = new AbortController();
     const onKey = (event: KeyboardEvent) => {
-      // It means this, and nothing else on the page.
+      // The key is only for this choice.
       event.preventDefault();
       event.stopImmediatePropagation();
       const code = codeOf(event);
-      // What tells of no key which it is, as an input method's, is no answer.
+      // Ignore an event that identifies no key, as an input method's.
       if (event.repeat || code === "") return;
       if (code === "Space" && drivingTurn.peek() !== null) stop();
       if (code === "Escape") awaited.value = null;
@@ -69,7 +69,7 @@ export function KeyChoice() {
                 aria-label={t("ways.keys_remove", { key: keyName(key), action: name(one) })}
                 onClick={(event) => {
                   const changed = unassign(keys, one, key);
-                  // With a keyboard one goes on from here, but this button is gone then.
+                  // Keyboard users continue from here, but this button is about to be removed.
                   if (event.detail === 0 && "keys" in changed) focusNext(event.currentTarget);
                   change(changed, one, key);
                 }}
@@ -114,7 +114,7 @@ function focusNext(button: HTMLElement): void {
   if (next instanceof HTMLElement) next.focus();
 }
 
-/** Those that do something on this robot, in this user's way. */
+/** The actions that have an effect on this robot with this user's way of driving. */
 function useActionsShown(): KeyAction[] {
   const { hello, preferences } = useState();
   const [first, second] = keyedAxes(hello.value?.robot.axes ?? []);

@@ -64,7 +64,7 @@ function PadWords() {
 
 const isAxis = ({ kind }: PadPart) => kind === "axis";
 
-/** Where an axis holds: says that nobody does, and that it rests where it stands. */
+/** If an axis seems held: a button to say that nobody touches it, and that it rests there. */
 function PadRestButton() {
   const { pads, mayMove, preferences } = useState();
   const { padRestNow, setDriving } = useActions();
@@ -90,10 +90,10 @@ function PadRestButton() {
   );
 }
 
-/** What is printed on an Xbox's, in the order of W3C Gamepad. */
+/** The labels of an Xbox gamepad's buttons, in the order of W3C Gamepad. */
 const PRINTED = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "View", "Start"];
 
-/** What somebody finds on it: numbers count from 1, as on sticks and in system settings. */
+/** The label on the gamepad; numbers count from 1, as on sticks and in system settings. */
 function partName({ kind, at }: PadPart, layout: PadLayout): string {
   const n = String(at + 1);
   if (layout !== "standard") return t(kind === "axis" ? "ways.pad_axis" : "ways.pad_button", { n });
@@ -101,7 +101,7 @@ function partName({ kind, at }: PadPart, layout: PadLayout): string {
   return PRINTED[at] ?? t("ways.pad_button", { n });
 }
 
-/** What its buttons do, of those that it has. */
+/** What the gamepad's buttons do. */
 function actionsOf(layout: PadLayout): string {
   if (layout === "bare") return t("ways.pad_no_stop");
   const button = (at: number) => partName({ kind: "button", at }, layout);

@@ -6,8 +6,8 @@ export const ControlSet = late(async () => (await import("./ControlSet")).Contro
 });
 
 /**
- * What the robot has besides wheels and axes, for those who may use it. Whoever drives keeps seeing
- * theirs while the person aboard has the robot.
+ * The robot's controls besides wheels and axes, for those who may use them. The operator keeps
+ * seeing theirs while the person aboard has the robot.
  */
 export function RobotControls() {
   const { hello, drivingTurn, usableControls } = useState();

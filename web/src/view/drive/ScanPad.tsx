@@ -14,7 +14,7 @@ const NAMES: Record<ScanItem, Code> = {
   release: "ways.scan_release",
 };
 
-/** What is offered to a switch, and the same switches for somebody who touches the screen. */
+/** What is offered to a switch, with the same switches as buttons on the screen. */
 export function ScanPad() {
   const { scan: offered, preferences } = useState();
   const { scan } = useActions();

@@ -7,7 +7,7 @@ interface Props {
   onSlide: (value: number) => void;
 }
 
-/** A number of the user's, told in words beside it. */
+/** A slider for a number that the user sets, with its value in words. */
 export function Slider({ name, value, range, said, onSlide }: Props) {
   return (
     <label class="ways-slider">

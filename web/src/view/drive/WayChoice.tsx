@@ -48,7 +48,7 @@ export function WayChoice() {
   );
 }
 
-/** A stick or buttons. */
+/** The choice of a stick or buttons on the screen. */
 function ScreenControl() {
   const { preferences } = useState();
   const { setDriving } = useActions();

@@ -4,7 +4,7 @@ import { KeyChoice } from "./KeyChoice";
 import { PadChoice } from "./PadChoice";
 import { WayChoice } from "./WayChoice";
 
-/** How this user drives: the way, a gamepad, the keys. */
+/** How the user drives: the way, a gamepad, the keys. */
 export function WaysPanel() {
   return (
     <section class="ways" aria-label={t("ways.title")}>

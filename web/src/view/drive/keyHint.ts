@@ -5,12 +5,12 @@ import type { Hello } from "../../messages";
 import type { Preferences } from "../../preferences";
 import { type Code, t } from "../../words/words";
 
-/** What a key is called: what is printed on it, or its name. */
+/** A key's label, or its name. */
 export function keyName(key: string): string {
   return key === "Space" ? t("ways.key_space") : keyWords(key);
 }
 
-/** How to drive by the keys of this user, in one sentence; what has no key is not spoken of. */
+/** How to drive with this user's keys, in one sentence; actions without a key are left out. */
 export function keyHint(preferences: Preferences, hello: Hello | null): string {
   const { keys } = preferences;
   const isScanning = wayInForce(preferences, hello?.click_to_move) === "scan";

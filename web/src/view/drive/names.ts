@@ -1,4 +1,4 @@
-/** What the ways to drive are called, and their numbers in words. */
+/** The names of the ways to drive, and their numbers in words. */
 
 import type { Refusal } from "../../drive/assignKey";
 import type { KeyAction } from "../../drive/keyMap";

@@ -12,8 +12,8 @@ import { Lines } from "./Lines";
 const ROW_STEP = 0.002;
 
 /**
- * Finds how the camera sees the floor, by two marks on it. Nothing is sent: what comes out is for
- * the configuration file.
+ * Calibrates the camera by two marks on the floor. Nothing is sent: the result is for the
+ * configuration file.
  */
 export function Calibrate() {
   const state = useState();
@@ -35,7 +35,7 @@ export function Calibrate() {
   );
   const camera = isWhole && solution.is === "found" ? solution.camera : null;
 
-  /** The first click is on the nearer mark, the second on the farther; then the next to it moves. */
+  /** The first click sets the nearer mark, the second the farther, later ones the closest. */
   const mark = (row: number) => {
     if (nearRow.value === null) nearRow.value = row;
     else if (farRow.value === null) farRow.value = row;
@@ -105,7 +105,7 @@ function Metres({ name, value }: { name: string; value: Signal<number> }) {
   );
 }
 
-/** A mark's place, for who cannot click on the picture; from the picture's lower edge. */
+/** A mark's row as a slider, for users who cannot click on the picture; from its lower edge. */
 function Row({ name, row }: { name: string; row: Signal<number | null> }) {
   return (
     <label class="field">
@@ -132,7 +132,7 @@ interface MarkedProps {
   onMark: (row: number) => void;
 }
 
-/** The driving view once more, with the marks, and the floor as the camera found would see it. */
+/** The driving view with the marks, and the floor's grid as the calibrated camera would see it. */
 function Marked({ rows, camera, aspect, widthM, onMark }: MarkedProps) {
   const session = useSession();
   const { isConnected } = useState();

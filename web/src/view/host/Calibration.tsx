@@ -4,7 +4,7 @@ import { late } from "../late";
 
 const Calibrate = late(async () => (await import("./Calibrate")).Calibrate);
 
-/** The way to the camera's calibration, which is loaded only when the host asks for it. */
+/** Opens the camera's calibration, which is loaded only then. */
 export function Calibration() {
   const isOpen = useSignal(false);
   return (

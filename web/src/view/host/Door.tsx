@@ -4,7 +4,7 @@ import { useActions, useState } from "../context";
 import { Switch } from "../Switch";
 import { whenWords } from "../words";
 
-/** Who may come in, and whether anybody sees and hears. */
+/** Admission: who may come in, and whether anybody sees and hears. */
 export function Door() {
   const { room, console } = useState();
   const { actAsHost } = useActions();
@@ -29,7 +29,7 @@ export function Door() {
             {t("door.unlock")}
           </button>
         ) : (
-          // One press, because a troll does not wait for a question; it can be taken back.
+          // No question, because a troll does not wait for one; the action can be undone.
           <button
             type="button"
             class="plain-button"

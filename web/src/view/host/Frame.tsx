@@ -4,18 +4,18 @@ import { ask } from "../../link/http";
 import { t } from "../../words/words";
 import { ToCopy } from "./ToCopy";
 
-/** The line of HTML that shows this robot on another site, where the host lets a site do that. */
+/** The line of HTML that embeds this robot in another site, if the host allows that. */
 export function Frame() {
   const line = useSignal<unknown>(null);
   useEffect(() => {
     const about = document.querySelector<HTMLLinkElement>('link[type="application/json+oembed"]');
     if (!about) return;
-    // By the way that this page came: its public address may be another origin.
+    // Requested from this page's own origin, as the public address may have another.
     ask(`oembed${new URL(about.href).search}`).then(
       ({ html }) => {
         line.value = html;
       },
-      () => {}, // it is in the README, too
+      () => {}, // the line is in the README, too
     );
   }, [line]);
   if (typeof line.value !== "string") return null;

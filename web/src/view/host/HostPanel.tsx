@@ -12,7 +12,7 @@ import { People } from "./People";
 import { Pressers } from "./Pressers";
 import { Turns } from "./Turns";
 
-/** Only for the host: who is here, and what may be done about them. */
+/** Only for the host: the people here, the queue, admission and more. */
 export function HostPanel() {
   const { isHost, console } = useState();
   if (!isHost.value) return null;

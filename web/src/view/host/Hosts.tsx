@@ -2,7 +2,7 @@ import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
 
-/** Who else is signed in as the host: all of them can be made guests. */
+/** The other hosts who are signed in, all of whom can be signed out. */
 export function Hosts() {
   const { console } = useState();
   const { actAsHost } = useActions();

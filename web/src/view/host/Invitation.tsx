@@ -15,7 +15,7 @@ const DURATIONS = [
 ] as const;
 const MOST_USES = 1000;
 
-/** Makes a link that lets people watch, or drive as well. */
+/** Makes a link that lets people watch, or also drive. */
 export function Invitation() {
   const { actAsHost } = useActions();
   const purpose = useSignal<Invite["purpose"]>("queue");
@@ -81,7 +81,7 @@ export function Invitation() {
   );
 }
 
-/** This page's address, which may be below a path. */
+/** This page's address, with the path it may be below. */
 function here(): string {
   return window.location.origin + window.location.pathname.replace(/\/$/, "");
 }

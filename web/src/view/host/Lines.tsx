@@ -1,7 +1,7 @@
 import { t } from "../../words/words";
 import { useCopy } from "./useCopy";
 
-/** Lines for the configuration file, to be copied: with the system's clipboard, or by hand. */
+/** Lines for the configuration file, to be copied by the system's clipboard or by hand. */
 export function Lines({ text }: { text: string }) {
   const { field, copy, isCopied } = useCopy<HTMLTextAreaElement>(text);
   return (

@@ -4,7 +4,7 @@ import { useActions, useState } from "../context";
 
 const MAX_CHARS = 200;
 
-/** A sentence that everybody sees until it is taken away, or until a time. */
+/** A message that everybody sees until it is removed, or until a time. */
 export function Message() {
   const { room } = useState();
   const { actAsHost } = useActions();

@@ -5,7 +5,7 @@ import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
 
-/** Who has pressed Stop lately, by address, since browsers are cheap; and how to ignore one. */
+/** Who has pressed Stop lately, by address, as browsers are easy to change; ignores one. */
 export function Pressers() {
   const { console } = useState();
   const pressers = console.value?.pressers ?? [];

@@ -1,7 +1,7 @@
 import { t } from "../../words/words";
 import { useCopy } from "./useCopy";
 
-/** A text to be copied: with the system's clipboard, or by hand. */
+/** A text to be copied by the system's clipboard or by hand. */
 export function ToCopy({ name, text }: { name: string; text: string }) {
   const { field, copy, isCopied } = useCopy<HTMLInputElement>(text);
   return (

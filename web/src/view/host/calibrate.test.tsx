@@ -37,7 +37,7 @@ function type(name: string, value: number): void {
   });
 }
 
-/** Clicks on the picture, which is 480 pixels high and begins at 100. */
+/** Clicks on the picture, which is 480 pixels high and starts at 100. */
 function click(row: number): void {
   const picture = getByRole(body, "img", { name: "Picture to click on" });
   picture.getBoundingClientRect = () => new DOMRect(0, 100, 640, 480);
@@ -57,7 +57,7 @@ function lines(): string {
 const FOUND = "[video]\ncamera_height_m = 0.350\ncamera_tilt_deg = 15.0\ncamera_fov_deg = 70.0";
 
 describe("calibrating the camera", () => {
-  it("finds it by two clicks, and shows what to write into the configuration", () => {
+  it("works by two clicks, and shows the lines for the configuration", () => {
     draw(session, <Calibrate />);
     expect(getByText(body, "Click on the nearer mark.")).toBeTruthy();
     type("Height of the lens, m", 0.35);
@@ -69,7 +69,7 @@ describe("calibrating the camera", () => {
     expect(body.querySelector(".path-lane")?.getAttribute("d")).toMatch(/^M/);
   });
 
-  it("moves the mark that is nearer to a further click", () => {
+  it("moves the mark closest to a further click", () => {
     draw(session, <Calibrate />);
     type("Height of the lens, m", 0.35);
     click(rowOf(0.5) - 0.05);
@@ -99,7 +99,7 @@ describe("calibrating the camera", () => {
     expect(queryByText(body, "Copy")).toBeNull();
   });
 
-  it("copies the lines, and leaves them selected where there is no clipboard", async () => {
+  it("copies the lines, or leaves them selected without a clipboard", async () => {
     const writeText = vi.fn(async () => {});
     vi.stubGlobal("navigator", { clipboard: { writeText } });
     draw(session, <Calibrate />);

@@ -2,7 +2,7 @@ import type { ConsoleViewer } from "../../messages";
 import { figure, t } from "../../words/words";
 import { sizeWords } from "../figures";
 
-/** What the host sees of a viewer's connection: `42 ms, 640 × 480`. */
+/** A viewer's connection, for the host: `42 ms, 640 × 480`. */
 export function qualityWords(line: ConsoleViewer): string {
   const words = [
     ...(line.round_trip_ms === null

@@ -1,4 +1,4 @@
-/** German; loaded only for who reads it. */
+/** German; loaded only when used. */
 
 import type { Catalog, Language } from "../words";
 import first from "./first.json";
