@@ -72,7 +72,7 @@ export interface Actions extends HearingActions {
   keepSpeaking(on: boolean): void;
   /** Opens this panel and closes any other; null closes them all. */
   open(panel: Panel | null): void;
-  lookAtProof(): void;
+  pollProof(): void;
   prove(): void;
 }
 

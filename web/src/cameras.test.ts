@@ -28,7 +28,7 @@ beforeEach(() => {
   state.served.value = served({ cameras: ["small", "small"] });
   cameras = new Cameras({ state, send, say, tellsFrames: true });
   vi.stubGlobal("MediaStream", class {});
-  cameras.take([{} as MediaStreamTrack, {} as MediaStreamTrack]);
+  cameras.setTracks([{} as MediaStreamTrack, {} as MediaStreamTrack]);
 });
 
 /** Advances time while these cameras show pictures. */
@@ -37,7 +37,7 @@ function pass(ms: number, showing: number[]): void {
   while (nowMs < endMs) {
     nowMs += 100;
     for (const at of showing) cameras.presented(at);
-    cameras.look(nowMs, false);
+    cameras.checkLive(nowMs, false);
   }
 }
 
@@ -53,7 +53,7 @@ it("cycles through all cameras and back to the driving view", () => {
 it("sends the server nothing if there are none", () => {
   state.hello.value = hello();
   cameras.next();
-  cameras.tell();
+  cameras.sendLook();
   expect(send).not.toHaveBeenCalled();
 });
 
@@ -72,7 +72,7 @@ it("enlarges the driving view when a turn begins, and allows swapping after that
 it("returns to the driving view with a sentence when the large camera fails", () => {
   cameras.choose(0);
   const failing = [{ problem: says("Door: The camera delivers nothing.") }, { problem: null }];
-  cameras.told({ ...room({}), cameras: failing });
+  cameras.roomChanged({ ...room({}), cameras: failing });
   expect(state.large.value).toBeNull();
   expect(heard).toHaveBeenCalledExactlyOnceWith(
     "Door: The camera delivers nothing. The driving view is large again.",
@@ -81,7 +81,7 @@ it("returns to the driving view with a sentence when the large camera fails", ()
 
 it("keeps the large camera when another fails", () => {
   cameras.choose(1);
-  cameras.told({ ...room({}), cameras: [{ problem: says("gone") }, { problem: null }] });
+  cameras.roomChanged({ ...room({}), cameras: [{ problem: says("gone") }, { problem: null }] });
   expect(state.large.value).toBe(1);
   expect(heard).not.toHaveBeenCalled();
 });
@@ -117,7 +117,7 @@ it.each([
   pass(200, [0, 1]);
   nowMs += 60_000;
   cameras.presented(1);
-  cameras.look(nowMs, isHidden);
+  cameras.checkLive(nowMs, isHidden);
   pass(2000, [1]);
   expect(state.large.value).toBe(0);
   pass(1000, [1]);

@@ -44,7 +44,7 @@ export class Cameras {
     if (large === state.large.peek()) return;
     if (large !== null) this.presented(large);
     state.large.value = large;
-    this.tell();
+    this.sendLook();
   }
 
   /** Makes the next camera large; after the last one, the driving view. */
@@ -56,7 +56,7 @@ export class Cameras {
   }
 
   /** Tells the server which cameras are shown; called on each new connection and each change. */
-  tell(): void {
+  sendLook(): void {
     const { large, cameras, preferences } = this.wiring.state;
     if (cameras.peek().length === 0) return;
     const look: Look = { type: "look", large: large.peek(), small: preferences.peek().cameras };
@@ -64,12 +64,12 @@ export class Cameras {
   }
 
   /** Plays the cameras of a new connection. */
-  take(tracks: readonly MediaStreamTrack[]): void {
+  setTracks(tracks: readonly MediaStreamTrack[]): void {
     for (const [at, track] of tracks.entries()) {
-      this.#playback(at).take(track);
+      this.#playback(at).setTrack(track);
       this.presented(at);
     }
-    for (const playback of this.#playbacks.slice(tracks.length)) playback.take(null);
+    for (const playback of this.#playbacks.slice(tracks.length)) playback.setTrack(null);
   }
 
   attach(at: number, element: HTMLVideoElement | null): void {
@@ -84,14 +84,14 @@ export class Cameras {
   }
 
   /** Checks whether each camera is still live; call it a few times a second. */
-  look(nowMs: number, isHidden: boolean): void {
+  checkLive(nowMs: number, isHidden: boolean): void {
     const { state, tellsFrames } = this.wiring;
     const isOff = state.isBlanked.peek() || !state.preferences.peek().picture;
     if (isHidden || isOff || !tellsFrames) {
       for (const silence of this.#silences) silence?.heard(nowMs);
       return;
     }
-    for (const silence of this.#silences) silence?.look(nowMs);
+    for (const silence of this.#silences) silence?.update(nowMs);
     const stale = this.#silences.flatMap(({ quietMs }, at) =>
       quietMs > CAMERA_STALE_MS ? [at] : [],
     );
@@ -107,7 +107,7 @@ export class Cameras {
   }
 
   /** Brings the driving view back if the room reports a problem with the large camera. */
-  told(room: RoomState): void {
+  roomChanged(room: RoomState): void {
     const large = this.wiring.state.large.peek();
     const problem = large === null ? null : room.cameras[large]?.problem;
     if (problem) this.#comeBack(problem);

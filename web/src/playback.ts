@@ -44,7 +44,7 @@ export class Playback {
   }
 
   /** Sets the track of a new peer, null for none; a track that already plays continues. */
-  take(track: MediaStreamTrack | null): void {
+  setTrack(track: MediaStreamTrack | null): void {
     if (track === this.#track && this.#stream) return;
     this.#track = track;
     this.#stream = track && new MediaStream([track]);

@@ -56,7 +56,7 @@ it("keeps polling if an answer is missed", async () => {
 
 it("polls once if none is running", async () => {
   now = DONE;
-  await prover.look();
+  await prover.poll();
   await vi.advanceTimersByTimeAsync(5000);
   expect(asked).toEqual(["GET api/proof"]);
 });

@@ -32,7 +32,7 @@ export class Prover {
   }
 
   /** Fetches the progress, and again every second while it runs. */
-  async look(): Promise<void> {
+  async poll(): Promise<void> {
     await this.#tell(() => ask(PATH));
   }
 
@@ -48,6 +48,6 @@ export class Prover {
     clearTimeout(this.#timer);
     // A server that is busy with a proof may fail to answer; the proof continues.
     if (!this.#isRunning) return;
-    this.#timer = setTimeout(() => void this.look(), LOOK_EVERY_MS);
+    this.#timer = setTimeout(() => void this.poll(), LOOK_EVERY_MS);
   }
 }

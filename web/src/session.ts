@@ -42,11 +42,11 @@ import { changed } from "./roomChange";
 import type { RoomViewer } from "./rooms/roomViewer";
 import { ShownPicture } from "./shownPicture";
 import { loadAhead } from "./sound/builtInPlayer";
-import { hear } from "./sound/hearing";
+import { createHearing } from "./sound/hearing";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState } from "./state";
 import { recordHistory } from "./stats/record";
-import { askToTell, listenTells } from "./turnNotification";
+import { askToNotify, listenNotifications } from "./turnNotification";
 import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
@@ -196,9 +196,9 @@ export function startSession(): Session {
 
   function fresh(peer: Peer): void {
     const show = () => {
-      picture.take(peer.picture.track);
-      cameras.take(peer.cameras.map((one) => one.track));
-      sound.take(peer.sound);
+      picture.setTrack(peer.picture.track);
+      cameras.setTracks(peer.cameras.map((one) => one.track));
+      sound.setReceiver(peer.sound);
       choosePlayer();
     };
     if (roomViewer?.isOnScreen) roomViewer.arrives(peer.picture, show);
@@ -250,7 +250,7 @@ export function startSession(): Session {
         state.driveShare.value = message.share;
         break;
       case "heard":
-        talk.told(message.heard, message.reason ?? null);
+        talk.reported(message.heard, message.reason ?? null);
         break;
       case "notice":
         say(message.text);
@@ -288,9 +288,9 @@ export function startSession(): Session {
         client: () => identity.client,
         wants,
         show(receivers) {
-          picture.take(receivers.picture?.track ?? null);
-          cameras.take([]);
-          sound.take(receivers.sound);
+          picture.setTrack(receivers.picture?.track ?? null);
+          cameras.setTracks([]);
+          sound.setReceiver(receivers.sound);
           sound.choose("browser", null);
           reporter.reset();
         },
@@ -323,7 +323,7 @@ export function startSession(): Session {
       if (room.call?.viewer === me && before?.call?.viewer !== me) chime.ring();
     }
     state.room.value = room;
-    cameras.told(room);
+    cameras.roomChanged(room);
     // A person aboard who takes over needs no request any more.
     if (room.aboard?.mode === "hand" && before?.aboard?.mode !== "hand") state.request.value = null;
     const asked = newRequest(before, room);
@@ -407,7 +407,7 @@ export function startSession(): Session {
     stopControl.connected();
     if (name) link.sendState({ type: "name", name });
     sendWant();
-    cameras.tell();
+    cameras.sendLook();
   }
 
   function sendWant(): void {
@@ -428,7 +428,7 @@ export function startSession(): Session {
   }
 
   const actions: Actions = {
-    ...hear({ state, sound, prefer, say, start: () => actions.start() }),
+    ...createHearing({ state, sound, prefer, say, start: () => actions.start() }),
     start() {
       picture.play();
       actions.setSound(true);
@@ -452,7 +452,7 @@ export function startSession(): Session {
     },
     setCameras(on) {
       prefer({ cameras: on });
-      cameras.tell();
+      cameras.sendLook();
     },
     enlarge: (camera) => cameras.choose(camera),
     setPolicy(policy) {
@@ -476,7 +476,7 @@ export function startSession(): Session {
     setLanguage: (language) => prefer({ language }),
     keep: prefer,
     async tellMe(on) {
-      const why = on ? await askToTell() : null;
+      const why = on ? await askToNotify() : null;
       prefer({ tells: on && why === null });
       if (why) say(t(why));
     },
@@ -515,11 +515,11 @@ export function startSession(): Session {
     },
     speak: (holder) => talk.press(holder),
     hush: (holder) => void talk.release(holder),
-    keepSpeaking: (on) => talk.keep(on),
+    keepSpeaking: (on) => talk.keepOpen(on),
     open(panel) {
       state.panel.value = panel;
     },
-    lookAtProof: () => void prover.look(),
+    pollProof: () => void prover.poll(),
     prove: () => void prover.start(),
   };
 
@@ -546,7 +546,7 @@ export function startSession(): Session {
     keepFocus(document, signal);
     clickDespiteShift(document, signal);
     listenTurnOver(state);
-    listenTells(state);
+    listenNotifications(state);
     freePicture(window, state, signal);
     keepAwake(needsScreen(state));
     // Opening a link to a page that is already open changes only its hash.
@@ -577,9 +577,9 @@ export function startSession(): Session {
     state.pageMs.value = performance.now();
     const clock = state.isInRoom.peek() && roomViewer ? roomViewer : link.clock;
     state.serverMs.value = clock.toServerMs(performance.now());
-    stopControl.look(performance.now());
-    talk.look(performance.now());
-    cameras.look(performance.now(), document.hidden);
+    stopControl.check(performance.now());
+    talk.adapt(performance.now());
+    cameras.checkLive(performance.now(), document.hidden);
   }, CLOCKS_EVERY_MS);
 
   // After the first picture and sound, before the server is likely to have something to say.

@@ -4,7 +4,7 @@ import { beforeEach, expect, it, vi } from "vitest";
 import { loadPreferences } from "./preferences";
 import { createState, type State } from "./state";
 import { hello, room } from "./testing/messages";
-import { askToTell, canTell, listenTells } from "./turnNotification";
+import { askToNotify, canNotify, listenNotifications } from "./turnNotification";
 
 let state: State;
 let permission: NotificationPermission;
@@ -33,7 +33,7 @@ beforeEach(() => {
   state = createState({ ...loadPreferences(null), tells: true });
   state.link.value = { is: "connected" };
   state.hello.value = hello({ viewer: 1 });
-  listenTells(state);
+  listenNotifications(state);
 });
 
 async function hides(isHidden: boolean): Promise<void> {
@@ -116,36 +116,36 @@ it("is silent while the host has paused the queue", async () => {
 });
 
 it("is not offered without notifications, or after a refusal", () => {
-  expect(canTell()).toBe(true);
+  expect(canNotify()).toBe(true);
   permission = "denied";
-  expect(canTell()).toBe(false);
+  expect(canNotify()).toBe(false);
   permission = "default";
   vi.stubGlobal("navigator", {});
-  expect(canTell()).toBe(false);
+  expect(canNotify()).toBe(false);
 });
 
 it("registers its worker once allowed, and not if refused", async () => {
-  expect(await askToTell()).toBeNull();
+  expect(await askToNotify()).toBeNull();
   expect(register).toHaveBeenCalledWith("tell.js");
   register.mockClear();
   permission = "denied";
-  expect(await askToTell()).toBe("face.tell_refused");
+  expect(await askToNotify()).toBe("face.tell_refused");
   expect(register).not.toHaveBeenCalled();
   permission = "granted";
   register.mockRejectedValueOnce(new TypeError("no such file"));
-  expect(await askToTell()).toBe("late.failed");
+  expect(await askToNotify()).toBe("late.failed");
 });
 
 it("blames the certificate, not a setting, if the browser refuses the worker because of it", async () => {
   const why = "Failed to register a ServiceWorker: An SSL certificate error occurred.";
   register.mockRejectedValueOnce(new DOMException(why, "SecurityError"));
-  expect(await askToTell()).toBe("face.tell_certificate");
+  expect(await askToNotify()).toBe("face.tell_certificate");
 });
 
 it("fails with a retry if the worker is never ready", async () => {
   vi.useFakeTimers();
   vi.stubGlobal("navigator", { serviceWorker: { register, ready: new Promise(() => {}) } });
-  const asked = askToTell();
+  const asked = askToNotify();
   await vi.advanceTimersByTimeAsync(10_000);
   expect(await asked).toBe("late.failed");
 });

@@ -13,7 +13,7 @@ const READY_MS = 10_000;
 type News = "soon" | "called" | "driving" | null;
 
 /** Whether this browser has notifications and has not denied them to this page. */
-export function canTell(): boolean {
+export function canNotify(): boolean {
   const has = "Notification" in window && "serviceWorker" in navigator;
   return has && Notification.permission !== "denied";
 }
@@ -22,7 +22,7 @@ export function canTell(): boolean {
 export type NotTold = "face.tell_refused" | "face.tell_certificate" | "late.failed";
 
 /** Asks for permission, which browsers allow only after a press; null on success. */
-export async function askToTell(): Promise<NotTold | null> {
+export async function askToNotify(): Promise<NotTold | null> {
   if ((await Notification.requestPermission()) !== "granted") return "face.tell_refused";
   // Phones show notifications only through a worker; relative, as the page may be below a path.
   const { serviceWorker } = navigator;
@@ -40,7 +40,7 @@ export async function askToTell(): Promise<NotTold | null> {
 }
 
 /** Shows each notification once while the page is hidden; withdraws it when it is over or seen. */
-export function listenTells(state: State): void {
+export function listenNotifications(state: State): void {
   const news = computed(() => newsOf(state));
   let told: News = null;
   let shown = Promise.resolve();
@@ -48,7 +48,7 @@ export function listenTells(state: State): void {
     const now = news.peek();
     if (document.hidden && now === told) return;
     told = now;
-    if (!state.preferences.peek().tells || !canTell()) return;
+    if (!state.preferences.peek().tells || !canNotify()) return;
     const words = document.hidden ? wordsOf(now, state) : null;
     shown = shown.then(() => show(robotName(state.hello.peek()), words)).catch(() => {});
   };

@@ -15,13 +15,13 @@ import { clockWords, isOnlyHere, joinAddress, wantsSound, watchers } from "./fac
 import { watchIdle } from "./idle";
 import { Picture, problemOf, Who } from "./parts";
 import { QrCode } from "./QrCode";
-import { tend } from "./unattended";
+import { keepRunning } from "./unattended";
 
 /** For a screen in a hall: the picture, who drives, who is next, and how to join. */
 export function BigScreen({ session }: { session: Session }) {
   const idle = useMemo(() => watchIdle(window), []);
   useEffect(() => {
-    const end = tend(session);
+    const end = keepRunning(session);
     const sleep = keepAwake(signal(true));
     return () => {
       end();

@@ -10,7 +10,7 @@ import { hello, pressedBy, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
 import { BigScreen } from "./BigScreen";
-import { tend } from "./unattended";
+import { keepRunning } from "./unattended";
 
 const { body } = document;
 let session: Session;
@@ -137,7 +137,7 @@ it("has sound only if the address asks for it, after a touch if the browser dema
 });
 
 it("only watches: gives back a place that was kept for the user", () => {
-  const end = tend(session, { reload: vi.fn() });
+  const end = keepRunning(session, { reload: vi.fn() });
   session.state.room.value = room({ watching: [9] });
   expect(session.actions.leave).not.toHaveBeenCalled();
   session.state.room.value = room({ waiting: [9] });
@@ -147,13 +147,13 @@ it("only watches: gives back a place that was kept for the user", () => {
 
 it("shows the picture whatever was chosen in this browser before", () => {
   session.state.preferences.value = { ...session.state.preferences.peek(), picture: false };
-  const end = tend(session, { reload: vi.fn() });
+  const end = keepRunning(session, { reload: vi.fn() });
   expect(session.actions.setPicture).toHaveBeenCalledWith(true);
   end();
 });
 
 it("reconnects whenever it was sent away", () => {
-  const end = tend(session, { reload: vi.fn() });
+  const end = keepRunning(session, { reload: vi.fn() });
   for (let i = 1; i <= 3; i++) {
     session.state.ended.value = { type: "ended", text: says("Full."), openings: [] };
     vi.advanceTimersByTime(60_000);
@@ -167,7 +167,7 @@ it("reconnects whenever it was sent away", () => {
 
 it("reloads when the server has another version", () => {
   const reload = vi.fn();
-  const end = tend(session, { reload });
+  const end = keepRunning(session, { reload });
   session.state.hello.value = hello({ version: "0.0.0" });
   session.state.hello.value = null;
   expect(reload).not.toHaveBeenCalled();

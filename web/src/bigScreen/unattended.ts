@@ -15,7 +15,7 @@ interface Page {
  * Makes the page only watch, with a picture, whatever was chosen in this browser before; reconnects
  * after it was sent away, and reloads when the server has another version. Returns what ends this.
  */
-export function tend({ state, actions }: Session, page: Page = window.location): () => void {
+export function keepRunning({ state, actions }: Session, page: Page = window.location): () => void {
   let version: string | null = null;
   const ends = [
     effect(() => {

@@ -109,7 +109,7 @@ export class OperateSender {
   }
 
   /** Forgets the accepted values that the room now shows. */
-  told(values: Readonly<Record<string, number>>): void {
+  confirm(values: Readonly<Record<string, number>>): void {
     const before = this.#wishes.size;
     for (const [name, { value, takenMs }] of this.#wishes) {
       if (takenMs !== null && values[name] === value) this.#wishes.delete(name);

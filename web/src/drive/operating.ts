@@ -53,7 +53,7 @@ export class Operating {
     state.drivingTurn.subscribe(() => this.#end());
     state.isConnected.subscribe(() => this.#end());
     state.stopNumber.subscribe(() => this.releaseAll());
-    state.room.subscribe((room) => this.#sender.told(room?.controls ?? {}));
+    state.room.subscribe((room) => this.#sender.confirm(room?.controls ?? {}));
   }
 
   /** Starts to hold a button, or a slider that moves something; that acts only once it is slid. */

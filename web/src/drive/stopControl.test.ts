@@ -78,21 +78,21 @@ it.each([
   respond = answer;
   stopControl.stop();
   await answers();
-  stopControl.look(1400);
+  stopControl.check(1400);
   expect(isStopUnconfirmed.value).toBe(false);
   done = [];
-  stopControl.look(1800);
+  stopControl.check(1800);
   expect(isStopUnconfirmed.value).toBe(true);
   expect(done).toEqual(sent(1));
   await answers();
-  stopControl.look(5800);
+  stopControl.check(5800);
   expect(done).toEqual([...sent(1), ...sent(1)]);
   expect(say).not.toHaveBeenCalled();
   stopNumber.value = 7;
-  stopControl.look(6000);
+  stopControl.check(6000);
   expect(isStopUnconfirmed.value).toBe(false);
   done = [];
-  stopControl.look(20_000);
+  stopControl.check(20_000);
   expect(done).toEqual([]);
   expect(say).not.toHaveBeenCalled();
 });
@@ -108,11 +108,11 @@ it("counts each press separately, without delaying the warning", async () => {
   expect(done).toEqual([...sent(2), "let go"]);
   answerFirst(new Response('{"stop": 7}'));
   await answers();
-  stopControl.look(1800);
+  stopControl.check(1800);
   expect(isStopUnconfirmed.value).toBe(true);
   late(new Response('{"stop": 8}'));
   await answers();
-  stopControl.look(2000);
+  stopControl.check(2000);
   expect(isStopUnconfirmed.value).toBe(false);
 });
 
@@ -120,7 +120,7 @@ it("gives up after 30 s, on a new connection too, and still asks to press again"
   respond = () => new Promise(() => {});
   stopControl.stop();
   done = [];
-  stopControl.look(30_000);
+  stopControl.check(30_000);
   vi.spyOn(performance, "now").mockReturnValue(30_000);
   stopControl.connected();
   expect([done, isStopUnconfirmed.value]).toEqual([[], true]);
@@ -135,11 +135,11 @@ it.each([
   isConnected.value = connected;
   stopControl.stop();
   await answers();
-  stopControl.look(400);
+  stopControl.check(400);
   expect(say).not.toHaveBeenCalled();
-  stopControl.look(600);
+  stopControl.check(600);
   expect(say).toHaveBeenCalledExactlyOnceWith("Your Stop has arrived.");
-  stopControl.look(5000);
+  stopControl.check(5000);
   expect([say.mock.calls.length, isStopUnconfirmed.value]).toEqual([1, false]);
 });
 
@@ -147,8 +147,8 @@ it("shows no notice if the room state has this stop, as the card shows it", asyn
   stopControl.stop();
   await answers();
   stopNumber.value = 7;
-  stopControl.look(200);
-  stopControl.look(5000);
+  stopControl.check(200);
+  stopControl.check(5000);
   expect(say).not.toHaveBeenCalled();
 });
 
@@ -171,7 +171,7 @@ it("stops sending once the server itself refuses", async () => {
   stopControl.stop();
   await answers();
   done = [];
-  stopControl.look(2000);
+  stopControl.check(2000);
   expect([done, isStopUnconfirmed.value]).toEqual([[], false]);
 });
 
@@ -182,7 +182,7 @@ it("continues with the newest press if the server refuses an earlier one", async
   stopControl.stop();
   await answers();
   done = [];
-  stopControl.look(2000);
+  stopControl.check(2000);
   expect([done, isStopUnconfirmed.value]).toEqual([sent(2), true]);
   expect(say).not.toHaveBeenCalled();
 });

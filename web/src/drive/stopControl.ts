@@ -41,12 +41,12 @@ export class StopControl {
   }
 
   /** Tells the user what became of the press, and retries it; call a few times a second. */
-  look(nowMs: number): void {
+  check(nowMs: number): void {
     const press = this.#press;
     if (!press) return;
     const { state, say } = this.options;
     const stop = state.stopNumber.peek();
-    press.told(stop, nowMs);
+    press.sawStop(stop, nowMs);
     state.isStopUnconfirmed.value = press.isUnconfirmed(nowMs);
     if (press.taken !== null) {
       const isShown = state.isConnected.peek() && stop === press.taken;

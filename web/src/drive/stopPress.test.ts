@@ -3,7 +3,7 @@ import { StopPress } from "./stopPress";
 
 it("is unconfirmed after 1.6 s without an answer or another stop", () => {
   const press = new StopPress(null, 1000);
-  press.told(null, 1200);
+  press.sawStop(null, 1200);
   expect(press.isUnconfirmed(2599)).toBe(false);
   expect(press.isUnconfirmed(2600)).toBe(true);
   press.answered(3, 2700);
@@ -13,18 +13,18 @@ it("is unconfirmed after 1.6 s without an answer or another stop", () => {
 it("becomes the first stop reported by the server or the room state", () => {
   const answered = new StopPress(null, 0);
   answered.answered(3, 100);
-  answered.told(4, 200);
+  answered.sawStop(4, 200);
   expect(answered.taken).toBe(3);
   const told = new StopPress(null, 0);
-  told.told(4, 100);
+  told.sawStop(4, 100);
   expect(told.taken).toBe(4);
 });
 
 it("does not count an earlier stop as an answer, since it may be released by now", () => {
   const press = new StopPress(3, 0);
-  press.told(3, 2000);
+  press.sawStop(3, 2000);
   expect([press.taken, press.isUnconfirmed(2000)]).toEqual([null, true]);
-  press.told(4, 2100);
+  press.sawStop(4, 2100);
   expect(press.taken).toBe(4);
 });
 
@@ -58,6 +58,6 @@ it("gives the card 0.6 s from the answer to show the stop", () => {
   const press = new StopPress(null, 0);
   expect(press.isSettled(9000)).toBe(false);
   press.answered(3, 9000);
-  press.told(3, 9500);
+  press.sawStop(3, 9500);
   expect([press.isSettled(9599), press.isSettled(9600)]).toEqual([false, true]);
 });

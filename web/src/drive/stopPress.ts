@@ -38,7 +38,7 @@ export class StopPress {
   }
 
   /** Records the stop that the room shows in force. */
-  told(stop: number | null, nowMs: number): void {
+  sawStop(stop: number | null, nowMs: number): void {
     if (stop !== null && stop !== this.before) this.answered(stop, nowMs);
   }
 

@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import type { Session } from "../actions";
 import { joinAddress } from "../bigScreen/facts";
 import { Picture, problemOf, Who } from "../bigScreen/parts";
-import { tend } from "../bigScreen/unattended";
+import { keepRunning } from "../bigScreen/unattended";
 import { SessionContext, useSession, useState } from "../view/context";
 import { robotName } from "../view/robotName";
 import { silenceWords } from "../view/words";
@@ -14,7 +14,7 @@ import { t } from "../words/words";
 
 /** For a frame on another site: the picture, who drives, how many wait, and a link to the page. */
 export function Embed({ session }: { session: Session }) {
-  useEffect(() => tend(session), [session]);
+  useEffect(() => keepRunning(session), [session]);
   const { hello } = session.state;
   return (
     <SessionContext.Provider value={session}>

@@ -30,7 +30,7 @@ export class Heartbeat {
   constructor(private readonly clock: ServerClock) {}
 
   /** Returns the next ping, to be sent now. */
-  beat(nowMs: number): Ping {
+  nextPing(nowMs: number): Ping {
     this.#startedMs ??= nowMs;
     this.#unansweredSinceMs = nowMs - this.unansweredMs(nowMs);
     this.#beatMs = nowMs;
@@ -49,13 +49,13 @@ export class Heartbeat {
   }
 
   /** Stores a beat that arrived between two pongs. */
-  beaten(beat: string): void {
+  storeBeat(beat: string): void {
     this.#beat = beat;
   }
 
   /** Handles an answer; even a late one helps the clock. */
-  heard(pong: Pong, nowMs: number): void {
-    this.beaten(pong.beat);
+  handlePong(pong: Pong, nowMs: number): void {
+    this.storeBeat(pong.beat);
     this.#unansweredSinceMs = null;
     this.#pongs++;
     this.clock.add({ sentMs: pong.sent_page_ms, serverMs: pong.server_ms, receivedMs: nowMs });
@@ -76,7 +76,7 @@ export class Heartbeat {
   }
 
   /** Stops expecting answers to pings sent into a network that is gone. */
-  forgive(): void {
+  forgetUnanswered(): void {
     this.#unansweredSinceMs = null;
   }
 

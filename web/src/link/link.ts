@@ -187,7 +187,7 @@ export class Link {
   heard(): void {
     this.#silence.heard(now());
     if (this.#state.is === "silent") this.#change({ is: "connected" });
-    if (this.#mayGoOn && this.#isRetrying && this.#isGreeted) this.#goOn();
+    if (this.#mayGoOn && this.#isRetrying && this.#isGreeted) this.#resume();
   }
 
   // --- attempts ------------------------------------------------------------------------------
@@ -202,7 +202,7 @@ export class Link {
         this.#mayGoOn = false;
         this.events.offered();
       },
-      answered: () => this.#take(peer),
+      answered: () => this.#adopt(peer),
       opened: () => this.#opened(),
       received: (channel, text) => this.#received(channel, text),
       lost: (why, retryAfterMs) => this.#lostPeer(peer, why, retryAfterMs),
@@ -226,12 +226,12 @@ export class Link {
   }
 
   /** Continues with the old peer, which works again, and drops the attempt. */
-  #goOn(): void {
+  #resume(): void {
     clearTimeout(this.#trying);
     this.#next?.close();
     this.#next = null;
     this.#isRetrying = this.#mayGoOn = false;
-    this.#heartbeat.forgive();
+    this.#heartbeat.forgetUnanswered();
     this.#change({ is: "connected" });
   }
 
@@ -241,7 +241,7 @@ export class Link {
   }
 
   /** Replaces the old peer by this one: the server has accepted it, and dropped the old one. */
-  #take(peer: Peer): void {
+  #adopt(peer: Peer): void {
     this.#forget();
     this.#next = null;
     this.#peer = peer;
@@ -323,14 +323,14 @@ export class Link {
 
   #opened(): void {
     this.#silence = new Silence(now());
-    this.#looking = setInterval(() => this.#look(), LOOK_EVERY_MS);
+    this.#looking = setInterval(() => this.#checkSilence(), LOOK_EVERY_MS);
     this.#beat();
   }
 
-  #look(): void {
+  #checkSilence(): void {
     const silence = this.#silence;
     const wasDoubtful = silence.isDoubtful;
-    silence.look(now());
+    silence.update(now());
     if (silence.isDoubtful && !wasDoubtful && !this.isThin) this.#beat();
     const unansweredMs = this.#heartbeat.unansweredMs(now());
     const isSilent = silence.isSilent(unansweredMs, this.clock.slowestMs ?? 0, this.isThin);
@@ -352,7 +352,7 @@ export class Link {
   }
 
   #ping(): void {
-    this.sendDrive(this.#heartbeat.beat(now()));
+    this.sendDrive(this.#heartbeat.nextPing(now()));
   }
 
   #received(channel: Channel, text: string): void {
@@ -361,7 +361,7 @@ export class Link {
     if (channel === "drive") {
       const answer = readRow(text);
       if (answer.type === "pong") this.#answered(answer);
-      else if (answer.type === "beat") this.#heartbeat.beaten(answer.beat);
+      else if (answer.type === "beat") this.#heartbeat.storeBeat(answer.beat);
       else this.events.operated(answer);
       return;
     }
@@ -385,9 +385,9 @@ export class Link {
   }
 
   #answered(pong: Pong): void {
-    this.#heartbeat.heard(pong, now());
+    this.#heartbeat.handlePong(pong, now());
     // The thin link was only slow, and a new peer would cost it some seconds.
-    if (this.#isRetrying && this.#isGreeted && this.isThin && !this.#isReached) this.#goOn();
+    if (this.#isRetrying && this.#isGreeted && this.isThin && !this.#isReached) this.#resume();
   }
 
   #drop(): void {

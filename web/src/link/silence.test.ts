@@ -5,7 +5,7 @@ const RTT_MS = 20;
 
 /** Checks every `everyMs` for `forMs`; returns the time at the end. */
 function lookOn(silence: Silence, fromMs: number, forMs: number, everyMs: number): number {
-  for (let ms = everyMs; ms <= forMs; ms += everyMs) silence.look(fromMs + ms);
+  for (let ms = everyMs; ms <= forMs; ms += everyMs) silence.update(fromMs + ms);
   return fromMs + forMs;
 }
 
@@ -13,7 +13,7 @@ it("is doubtful after 300 ms without a message, not before", () => {
   const silence = new Silence(1000);
   lookOn(silence, 1000, 290, 10);
   expect(silence.isDoubtful).toBe(false);
-  silence.look(1300);
+  silence.update(1300);
   expect(silence.isDoubtful).toBe(true);
   silence.heard(1310);
   expect(silence.isDoubtful).toBe(false);
@@ -24,7 +24,7 @@ it("is silent after 700 ms, if a ping had time to be answered", () => {
   const silence = new Silence(0);
   lookOn(silence, 0, 690, 10);
   expect(silence.isSilent(1e6, RTT_MS, false)).toBe(false);
-  silence.look(700);
+  silence.update(700);
   expect(silence.isSilent(1e6, RTT_MS, false)).toBe(true);
   expect(silence.isSilent(319, RTT_MS, false)).toBe(false);
   expect(silence.isSilent(320, RTT_MS, false)).toBe(true);
@@ -34,24 +34,24 @@ it("is silent later over a slow link, which may stall for a second", () => {
   const silence = new Silence(0);
   lookOn(silence, 0, 1490, 10);
   expect(silence.isSilent(1e6, RTT_MS, true)).toBe(false);
-  silence.look(1500);
+  silence.update(1500);
   expect(silence.isSilent(1e6, RTT_MS, true)).toBe(true);
 });
 
 it("does not count time in which the page did not run", () => {
   const silence = new Silence(0);
-  silence.look(60_000);
+  silence.update(60_000);
   expect(silence.isDoubtful).toBe(false);
   lookOn(silence, 60_000, 490, 10);
   expect(silence.isSilent(1e6, RTT_MS, false)).toBe(false);
-  silence.look(60_500);
+  silence.update(60_500);
   expect(silence.isSilent(1e6, RTT_MS, false)).toBe(true);
 });
 
 it("is not silent in a hidden tab that checks and receives once a second", () => {
   const silence = new Silence(0);
   for (let ms = 1000; ms < 60_000; ms += 1000) {
-    silence.look(ms);
+    silence.update(ms);
     expect(silence.isDoubtful).toBe(false);
     silence.heard(ms + 10);
   }

@@ -42,7 +42,7 @@ export class Silence {
   }
 
   /** Updates the time; call a few times a second. */
-  look(nowMs: number): void {
+  update(nowMs: number): void {
     this.#quietMs += Math.min(nowMs - this.#lookedMs, LONGEST_STEP_MS);
     this.#lookedMs = nowMs;
   }

@@ -27,7 +27,7 @@ export class LastMinute {
     for (let i = 0; i < count; i++) this.#breaks.push({ atMs, lengthMs: lengthMs / count });
   }
 
-  take(nowMs: number): Breaks {
+  summarize(nowMs: number): Breaks {
     this.#breaks = this.#breaks.filter((one) => one.atMs > nowMs - WINDOW_MS);
     const lengths = this.#breaks.map((one) => one.lengthMs).filter((ms) => ms >= this.leastMs);
     return { count: lengths.length, longestMs: Math.max(0, ...lengths) };

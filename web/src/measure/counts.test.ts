@@ -30,7 +30,7 @@ it.each([48_000, 8000])("reports how much sound was concealed and played, at %s 
   counts.next(at(1, 0, 0), 0);
   const { concealed_ms, played_ms, stretched_ms } = counts.next(at(13, 120, 250), 250);
   expect([concealed_ms, played_ms, stretched_ms]).toEqual([120, 250, 25]);
-  expect(counts.pauses.take(300)).toEqual({ count: 1, longestMs: 120 });
+  expect(counts.pauses.summarize(300)).toEqual({ count: 1, longestMs: 120 });
 });
 
 it("counts concealing silence as concealed", () => {
@@ -56,7 +56,7 @@ it("reports the built-in player's own counts", () => {
     played_ms: 500,
     stretched_ms: 7,
   });
-  expect(counts.pauses.take(600)).toEqual({ count: 1, longestMs: 40 });
+  expect(counts.pauses.summarize(600)).toEqual({ count: 1, longestMs: 40 });
 });
 
 it("reports the delays of buffer and device", () => {
@@ -88,7 +88,7 @@ it("reports how long the picture was frozen, by the browser's count", () => {
     looked({ framesDecoded, freezeCount, totalFreezesDuration });
   counts.next(at(1, 0, 0), new Freezes(), 0);
   expect(counts.next(at(9, 1, 0.4), new Freezes(), 250).frozen_ms).toBe(400);
-  expect(counts.freezes.take(300)).toEqual({ count: 1, longestMs: 400 });
+  expect(counts.freezes.summarize(300)).toEqual({ count: 1, longestMs: 400 });
 });
 
 it("counts presented frames if the browser does not count", () => {
@@ -108,5 +108,5 @@ it("does not count a picture that was switched off as frozen", () => {
   counts.next(at(1, 0, 0), new Freezes(), 3000);
   counts.next(at(2, 1, 3), new Freezes(), 3250);
   expect(counts.next(at(8, 1, 3), new Freezes(), 3500).frozen_ms).toBe(0);
-  expect(counts.freezes.take(3500).count).toBe(0);
+  expect(counts.freezes.summarize(3500).count).toBe(0);
 });

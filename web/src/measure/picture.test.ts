@@ -19,20 +19,20 @@ beforeEach(() => {
 it("measures from capture to presentation", () => {
   meter.presented(0, 40);
   meter.presented(9000, 160);
-  expect(meter.take(200)).toEqual({ ageMs: 50, rateHz: 2 });
+  expect(meter.flush(200)).toEqual({ ageMs: 50, rateHz: 2 });
   expect(meter.newestServerMs).toBe(10_100);
 });
 
 it("reports the age of a frozen picture, but not while the next is merely due", () => {
   meter.presented(0, 40);
-  meter.take(50);
-  expect(meter.take(300).ageMs).toBeNull();
-  expect(meter.take(2000).ageMs).toBe(2000);
+  meter.flush(50);
+  expect(meter.flush(300).ageMs).toBeNull();
+  expect(meter.flush(2000).ageMs).toBe(2000);
 });
 
 it("counts the frames of the last second, even without RTP times", () => {
   for (let at = 0; at < 2000; at += 50) meter.presented(undefined, at);
-  expect(meter.take(2000)).toEqual({ ageMs: null, rateHz: 19 });
+  expect(meter.flush(2000)).toEqual({ ageMs: null, rateHz: 19 });
   expect(meter.newestServerMs).toBeNull();
 });
 
@@ -45,7 +45,7 @@ it("never counts a late frame as the newest", () => {
 it("forgets everything for a new peer", () => {
   meter.presented(0, 40);
   meter.reset();
-  expect(meter.take(100)).toEqual({ ageMs: null, rateHz: 0 });
+  expect(meter.flush(100)).toEqual({ ageMs: null, rateHz: 0 });
 });
 
 it("knows no capture time between switching the picture and the next frame", () => {

@@ -42,7 +42,7 @@ export class PictureMeter {
   }
 
   /** Returns the measurements since the last call. */
-  take(nowMs: number): PictureFacts {
+  flush(nowMs: number): PictureFacts {
     this.#shown = this.#shown.filter((atMs) => atMs > nowMs - RATE_WINDOW_MS);
     const ages = this.#ages.splice(0);
     const mean = ages.reduce((sum, age) => sum + age, 0) / ages.length;

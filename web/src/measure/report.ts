@@ -9,7 +9,7 @@ import { PictureCounts, SoundCounts } from "./counts";
 import { PictureMeter } from "./picture";
 import { RtpTimeline } from "./rtp";
 import { SoundMeter } from "./sound";
-import { type InboundStats, look } from "./stats";
+import { type InboundStats, readStats } from "./stats";
 
 const REPORT_EVERY_MS = 250;
 /** Often enough for a median in each report, at hardly any cost. */
@@ -77,7 +77,7 @@ export class Reporter {
     this.#counts = { sound: new SoundCounts(), picture: new PictureCounts() };
     this.#arrivals = new Arrivals();
     this.picture.reset();
-    this.#sound.take();
+    this.#sound.flush();
     this.#reports = 0;
   }
 
@@ -114,8 +114,8 @@ export class Reporter {
     if (reported !== this.#reported) this.#reports = 0;
     this.#reported = reported;
     const [ofSound, ofPicture] = await Promise.all([
-      sound && peer.sound ? look(peer.sound) : null,
-      picture && peer.picture ? look(peer.picture) : null,
+      sound && peer.sound ? readStats(peer.sound) : null,
+      picture && peer.picture ? readStats(peer.picture) : null,
     ]);
     if (peer !== link.peer) return;
     const nowMs = performance.now();
@@ -125,8 +125,8 @@ export class Reporter {
     if (!isSeen) this.picture.freezes.rest();
     if (!ofSound) counts.sound.rest();
     if (!ofPicture) counts.picture.rest();
-    const seen = this.picture.take(nowMs);
-    const heardMs = this.#sound.take();
+    const seen = this.picture.flush(nowMs);
+    const heardMs = this.#sound.flush();
     const heard = sound ? this.options.heard(nowMs) : null;
     const played = heard
       ? counts.sound.builtIn(heard, nowMs)
@@ -175,8 +175,8 @@ export class Reporter {
       bufferMs: sound?.delay_ms ?? null,
       arrivedFps: this.#arrivals.next(arrived, nowMs),
       fps: picture?.rate_hz ?? null,
-      pauses: sound && this.#counts.sound.pauses.take(nowMs),
-      freezes: picture && this.#counts.picture.freezes.take(nowMs),
+      pauses: sound && this.#counts.sound.pauses.summarize(nowMs),
+      freezes: picture && this.#counts.picture.freezes.summarize(nowMs),
     };
   }
 

@@ -39,7 +39,7 @@ export class SoundMeter {
   }
 
   /** The median age since the last call in ms, null without measurements. */
-  take(): number | null {
+  flush(): number | null {
     const sorted = this.#ages.splice(0).sort((a, b) => a - b);
     return sorted[sorted.length >> 1] ?? null;
   }

@@ -33,7 +33,7 @@ export interface ReceiverStats {
 const OPUS_HZ = 48_000;
 
 /** Reads the counters of this receiver's stream. */
-export async function look(receiver: RTCRtpReceiver): Promise<ReceiverStats> {
+export async function readStats(receiver: RTCRtpReceiver): Promise<ReceiverStats> {
   const stats = await receiver.getStats();
   const all = [...stats.values()];
   const inbound: InboundStats = all.find((one) => one.type === "inbound-rtp") ?? {};

@@ -37,7 +37,7 @@ export class Failover {
   plays(seat: Seat, nowMs: number): void {
     this.#current = nameOf(seat);
     this.#steadyMs = 0;
-    this.begin(nowMs);
+    this.restartWait(nowMs);
   }
 
   /** Excludes this room until `offer`. */
@@ -47,7 +47,7 @@ export class Failover {
   }
 
   /** Restarts the wait. */
-  begin(nowMs: number): void {
+  restartWait(nowMs: number): void {
     this.#quietMs = 0;
     this.#lookedMs = nowMs;
   }

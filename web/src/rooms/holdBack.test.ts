@@ -48,7 +48,7 @@ it("follows the sound down again", () => {
 it("holds a new buffer back by as much, and measures it once it is filled", () => {
   const hold = new HoldBack();
   play(hold, () => 200);
-  hold.again(100_000);
+  hold.restart(100_000);
   for (let i = 0; i < 10; i++) hold.add(200, 100_000 + i * 250);
   expect(hold.heldMs).toBe(200);
   hold.forget();

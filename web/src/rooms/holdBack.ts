@@ -35,7 +35,7 @@ export class HoldBack {
   }
 
   /** Restarts with a new jitter buffer, which is to hold back as much. */
-  again(nowMs: number): void {
+  restart(nowMs: number): void {
     this.#early = [];
     this.#settledMs = nowMs + BEGINS_MS + MOVES * this.#heldMs;
   }

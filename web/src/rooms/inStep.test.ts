@@ -65,7 +65,7 @@ function report(seconds: number, soundMs: number | null, pictureMs: number, froz
 
 function take(): { sound: ReturnType<typeof receiver>; picture: ReturnType<typeof receiver> } {
   const receivers = { sound: receiver(), picture: receiver() };
-  inStep.take(receivers satisfies Receivers);
+  inStep.setReceivers(receivers satisfies Receivers);
   nowMs += 1000;
   return receivers;
 }
@@ -107,16 +107,16 @@ it("chooses the smaller rendition if pictures freeze", () => {
 
 it("maps both streams by their packets' capture times", () => {
   const source = { rtpTimestamp: 7, captureTimestamp: 3e12 };
-  inStep.take({ sound: receiver(source), picture: receiver(source) });
-  inStep.look(0);
+  inStep.setReceivers({ sound: receiver(source), picture: receiver(source) });
+  inStep.readCaptures(0);
   expect(made.mapped.mock.calls.map(([clock]) => clock.kind)).toEqual(["audio", "video"]);
 });
 
 it("shows ages by the server's clock, but compares them relative to the fastest sample", () => {
   const source = { rtpTimestamp: 7, captureTimestamp: NTP_MS + 5000 };
-  inStep.take({ sound: receiver(source), picture: receiver(source) });
+  inStep.setReceivers({ sound: receiver(source), picture: receiver(source) });
   nowMs = 1000;
-  inStep.look(nowMs);
+  inStep.readCaptures(nowMs);
   aheadMs = 4030;
   made.options?.onFacts({ pictureMs: 5, soundMs: 65, skewMs: 60 } as Facts);
   expect(facts).toEqual([{ pictureMs: 35, pictureErrorMs: 7, soundMs: 95, skewMs: 60 }]);

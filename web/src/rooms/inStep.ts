@@ -64,12 +64,12 @@ export class InStep {
   }
 
   /** Sets the receivers that play; null for none. */
-  take(receivers: Receivers | null): void {
+  setReceivers(receivers: Receivers | null): void {
     const isNew = receivers?.picture !== this.#receivers?.picture;
     this.#receivers = receivers;
     this.#reporter.reset();
     this.#frozenMs = null;
-    if (isNew) this.#hold.again(performance.now());
+    if (isNew) this.#hold.restart(performance.now());
     if (receivers) this.#apply();
   }
 
@@ -79,7 +79,7 @@ export class InStep {
   }
 
   /** Reads the capture times; call it several times a second. */
-  look(nowMs: number): void {
+  readCaptures(nowMs: number): void {
     const { sound, picture } = this.#receivers ?? {};
     for (const [kind, receiver] of [["audio", sound] as const, ["video", picture] as const]) {
       const source: Source | undefined = receiver?.getSynchronizationSources()[0];

@@ -16,7 +16,7 @@ const watch = vi.hoisted(() => ({
   rest: vi.fn(),
   resume: vi.fn(),
   leave: vi.fn(),
-  look: vi.fn(),
+  check: vi.fn(),
 }));
 
 vi.mock("./watch", () => ({
@@ -34,7 +34,7 @@ vi.mock("./watch", () => ({
       watch.hasRoom = false;
       watch.leave();
     }
-    look = watch.look;
+    check = watch.check;
   },
 }));
 

@@ -104,7 +104,7 @@ export class RoomViewer {
         if (this.isOnScreen) state.playout.value = playout;
       },
     });
-    setInterval(() => this.#look(performance.now()), LOOK_EVERY_MS);
+    setInterval(() => this.#check(performance.now()), LOOK_EVERY_MS);
   }
 
   /** Whether the picture on the screen comes from a LiveKit room. */
@@ -187,7 +187,7 @@ export class RoomViewer {
   leave(): void {
     clearTimeout(this.#asking);
     this.#watch.leave();
-    this.#inStep.take(null);
+    this.#inStep.setReceivers(null);
     this.#onScreen = this.#arriving = null;
     this.#roomLink = CONNECTING;
     this.#isServed = this.#isVisiting = this.#isReturning = false;
@@ -200,9 +200,9 @@ export class RoomViewer {
 
   // --- LiveKit rooms -------------------------------------------------------------------------
 
-  #look(nowMs: number): void {
-    this.#watch.look(nowMs);
-    if (this.isOnScreen) this.#inStep.look(nowMs);
+  #check(nowMs: number): void {
+    this.#watch.check(nowMs);
+    if (this.isOnScreen) this.#inStep.readCaptures(nowMs);
     this.#arrive();
     this.#return(nowMs);
     this.#listen(nowMs);
@@ -214,7 +214,7 @@ export class RoomViewer {
 
   /** Notices when the robot's server has fallen silent; the room may play on. */
   #listen(nowMs: number): void {
-    this.#silence.look(nowMs);
+    this.#silence.update(nowMs);
     const isSilent = this.#silence.quietMs > SILENT_MS;
     if (isSilent === this.#isSilent) return;
     this.#isSilent = isSilent;
@@ -225,7 +225,7 @@ export class RoomViewer {
     if (this.#isReturning) this.#leaveServer();
     this.#onScreen = "room";
     this.options.show(receivers);
-    this.#inStep.take(receivers);
+    this.#inStep.setReceivers(receivers);
   }
 
   #plays(isPlaying: boolean): void {
@@ -340,7 +340,7 @@ export class RoomViewer {
     if (isWaited && !hasCome && state.drivingTurn.peek() === null) return;
     this.#arriving = null;
     this.#onScreen = "server";
-    this.#inStep.take(null);
+    this.#inStep.setReceivers(null);
     if (this.#isVisiting) this.#watch.rest();
     else this.#watch.leave();
     show();

@@ -93,7 +93,7 @@ function pass(ms: number, ...moving: { rtp: number | undefined }[]): void {
   for (let passed = 0; passed < ms; passed += 50) {
     vi.advanceTimersByTime(50);
     for (const one of moving) one.rtp = (one.rtp ?? 0) + 4500;
-    watch.look(performance.now());
+    watch.check(performance.now());
   }
 }
 

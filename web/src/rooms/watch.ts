@@ -77,7 +77,7 @@ export class Watch {
   resume(nowMs: number): void {
     this.#isResting = false;
     this.#target = { name: null, sinceMs: nowMs };
-    this.#failover.begin(nowMs);
+    this.#failover.restartWait(nowMs);
   }
 
   leave(): void {
@@ -89,7 +89,7 @@ export class Watch {
   }
 
   /** Checks the rooms; call it several times a second. */
-  look(nowMs: number): void {
+  check(nowMs: number): void {
     if (this.#isResting) return;
     if (this.#next) this.#try(this.#next, nowMs);
     if (this.#room) this.#follow(this.#room, nowMs);

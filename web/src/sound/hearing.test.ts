@@ -2,7 +2,7 @@ import { beforeEach, expect, it, vi } from "vitest";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { eventually } from "../testing/eventually";
-import { type HearingActions, hear } from "./hearing";
+import { createHearing, type HearingActions } from "./hearing";
 
 const HEADPHONES = { id: "h", name: "Headphones" };
 
@@ -19,7 +19,7 @@ let devices: EventTarget & { enumerateDevices: () => Promise<object[]> };
 
 function open(kept = {}): void {
   state = createState({ ...loadPreferences(null), ...kept });
-  hearing = hear({
+  hearing = createHearing({
     state,
     sound,
     prefer: (change) => {

@@ -25,7 +25,7 @@ interface Options {
   say(text: string): void;
 }
 
-export function hear({ state, sound, prefer, start, say }: Options): HearingActions {
+export function createHearing({ state, sound, prefer, start, say }: Options): HearingActions {
   const { volume, muted } = state.preferences.peek();
   sound.volume = volume;
   sound.isMuted = muted;

@@ -13,18 +13,18 @@ it("measures each ear since the last reading", () => {
   const meter = new LevelMeter();
   meter.add([block(1), block(0.1)]);
   meter.add([block(1), block(0.1)]);
-  const [left, right] = meter.take();
+  const [left, right] = meter.flush();
   expect(left).toBeCloseTo(1);
   expect(right).toBeCloseTo(2 / 3);
-  expect(meter.take()).toEqual([0, 0]);
+  expect(meter.flush()).toEqual([0, 0]);
   meter.add([block(0), block(1)]);
-  expect(meter.take()).toEqual([0, 1]);
+  expect(meter.flush()).toEqual([0, 1]);
 });
 
 it("ignores a microphone's DC offset", () => {
   const meter = new LevelMeter();
   meter.add([block(0, 0.25), block(0.1, -0.25)]);
-  const [left, right] = meter.take();
+  const [left, right] = meter.flush();
   expect(left).toBe(0);
   expect(right).toBeCloseTo(2 / 3);
 });

@@ -27,7 +27,7 @@ export class LevelMeter {
   }
 
   /** The levels from 0 to 1, left first. */
-  take(): number[] {
+  flush(): number[] {
     const count = Math.max(1, this.#count);
     const levels = this.#squares.map((squares, side) => {
       const mean = (this.#sums[side] ?? 0) / count;

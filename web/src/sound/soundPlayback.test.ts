@@ -77,7 +77,7 @@ async function made({
   const playback = new SoundPlayback({ changed, reconnect, ...told });
   if (isStarted) await playback.start("built-in");
   playback.attach(element as unknown as HTMLAudioElement);
-  playback.take(receiver as unknown as RTCRtpReceiver);
+  playback.setReceiver(receiver as unknown as RTCRtpReceiver);
   return playback;
 }
 

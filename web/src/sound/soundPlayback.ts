@@ -1,6 +1,6 @@
 /** Which player plays the sound, the browser's or ours; how ours plays: `soundPlayer.ts`. */
 
-import { look } from "../measure/stats";
+import { readStats } from "../measure/stats";
 import type { Playout } from "../messages";
 import { Playback, type PlaybackEvents } from "../playback";
 import { t } from "../words/words";
@@ -82,9 +82,9 @@ export class SoundPlayback {
   }
 
   /** Sets the receiver of a new peer's sound; null for none. */
-  take(receiver: RTCRtpReceiver | null): void {
+  setReceiver(receiver: RTCRtpReceiver | null): void {
     this.#receiver = receiver;
-    this.#browser.take(receiver?.track ?? null);
+    this.#browser.setTrack(receiver?.track ?? null);
     this.#update();
   }
 
@@ -176,7 +176,7 @@ export class SoundPlayback {
     const levels = this.#state.by === "built-in" ? this.#builtIn.levels : null;
     if (levels) return levels;
     try {
-      const level = this.#receiver && (await look(this.#receiver)).inbound.audioLevel;
+      const level = this.#receiver && (await readStats(this.#receiver)).inbound.audioLevel;
       return typeof level === "number" ? [levelOfPower(level ** 2)] : [];
     } catch {
       return []; // a peer that was closed meanwhile
@@ -249,7 +249,7 @@ export class SoundPlayback {
 
   async #emitted(): Promise<number> {
     try {
-      const found = this.#receiver && (await look(this.#receiver));
+      const found = this.#receiver && (await readStats(this.#receiver));
       return found?.inbound.jitterBufferEmittedCount ?? 0;
     } catch {
       return 0; // a peer that was closed meanwhile

@@ -71,7 +71,7 @@ class Player extends AudioWorkletProcessor {
 
   #tell(frame: number): void {
     const { rtp, aheadMs, counts } = this.#player;
-    const levels = this.#meter.take();
+    const levels = this.#meter.flush();
     this.port.postMessage({ frame, rtp, aheadMs, levels, ...counts } satisfies FromWorklet);
   }
 }

@@ -45,7 +45,7 @@ export function Picture() {
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
       {isBlanked.value ? <Blanked /> : !isOn && <PictureOff />}
-      <Door />
+      <Unconnected />
       <Hud />
       <div class="picture-foot">
         <Warnings />
@@ -93,7 +93,7 @@ function Blanked() {
 }
 
 /** Shown without a connection: why it takes a while, and where else the robot can be watched. */
-function Door() {
+function Unconnected() {
   const { hello, link, links, isConnected } = useState();
   const reason =
     link.value.is === "connecting" || link.value.is === "waiting" ? link.value.reason : null;

@@ -6,7 +6,7 @@ import { useActions, useState } from "./context";
 /** In the host's panel: starts the proof, which measures how fast the real robot stops. */
 export function ProofPanel() {
   const { proof } = useState();
-  const { lookAtProof, prove } = useActions();
+  const { pollProof, prove } = useActions();
   const isLifted = useSignal(false);
   const isRunning = proof.value?.state === "running";
   const start = () => {
@@ -17,7 +17,7 @@ export function ProofPanel() {
     <details
       class="section"
       onToggle={(event) => {
-        if (event.currentTarget.open) lookAtProof();
+        if (event.currentTarget.open) pollProof();
       }}
     >
       <summary>{t("proof.title")}</summary>

@@ -3,7 +3,7 @@
 import { useEffect } from "preact/hooks";
 import { isThin } from "../link/thin";
 import { alertTab } from "../tabIcon";
-import { canTell } from "../turnNotification";
+import { canNotify } from "../turnNotification";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { ENDING_S, type Face, face } from "./face";
@@ -87,7 +87,7 @@ function QueueButton({ does }: { does: Face["queue"] }) {
 function TellMe() {
   const { preferences } = useState();
   const { tellMe } = useActions();
-  if (!canTell()) return null;
+  if (!canNotify()) return null;
   const isOn = preferences.value.tells && Notification.permission === "granted";
   return <Switch name={t("face.tell_me")} isOn={isOn} onSwitch={tellMe} />;
 }

@@ -62,7 +62,7 @@ async function press(holder = "finger 1"): Promise<void> {
 }
 
 it("sends nothing before it is pressed, and opens no microphone", async () => {
-  for (let ms = 0; ms < 1000; ms += 200) talk.look(ms);
+  for (let ms = 0; ms < 1000; ms += 200) talk.adapt(ms);
   await vi.advanceTimersByTimeAsync(1000);
   expect(open).not.toHaveBeenCalled();
   expect(link?.speak).not.toHaveBeenCalled();
@@ -114,7 +114,7 @@ it("releases the microphone half a minute after the last use", async () => {
 
 it("is silent at once when the turn is over, whatever is held", async () => {
   await press();
-  talk.keep(true);
+  talk.keepOpen(true);
   talk.allow(false);
   expect(sent()).toBeNull();
   expect(voice).toMatchObject({ isOn: false, isKept: false });
@@ -124,11 +124,11 @@ it("is silent at once when the turn is over, whatever is held", async () => {
 });
 
 it("releases what is held, but not an open microphone", async () => {
-  talk.keep(true);
+  talk.keepOpen(true);
   await press();
   talk.letGo();
   expect(voice).toMatchObject({ isOn: true, isKept: true });
-  talk.keep(false);
+  talk.keepOpen(false);
   expect(voice.isOn).toBe(false);
 });
 
@@ -166,20 +166,20 @@ describe("an error is shown as a sentence", () => {
   it("a link without room for both, where commands have priority", async () => {
     await press();
     uplink = { ...WIDE, linkBps: 50_000 };
-    talk.look(1000);
+    talk.adapt(1000);
     expect(sent()).toBeNull();
     expect(voice).toMatchObject({ isOn: true, problem: ours("voice.no_room") });
     uplink = WIDE;
-    talk.look(2000);
+    talk.adapt(2000);
     expect(sent()).toBe(made[0]?.track);
     expect(voice.problem).toBeNull();
   });
 
   it("the server's refusal", async () => {
     await press();
-    talk.told(true, null);
+    talk.reported(true, null);
     expect(voice.isHeard).toBe(true);
-    talk.told(false, says("Bob is speaking; wait until they have finished."));
+    talk.reported(false, says("Bob is speaking; wait until they have finished."));
     expect(voice.isHeard).toBe(false);
     expect(said(voice.problem)).toMatch(/^Bob is speaking/);
   });
@@ -187,7 +187,7 @@ describe("an error is shown as a sentence", () => {
 
 it("uses the encoding that the link allows", async () => {
   uplink = { ...WIDE, linkBps: 300_000 };
-  talk.look(0);
+  talk.adapt(0);
   await press();
   expect(link?.shape).toHaveBeenLastCalledWith(ENCODINGS[1]);
 });
@@ -222,7 +222,7 @@ describe("the robot is muted", () => {
   });
 
   it("with an open microphone only while the user speaks or the robot plays it", async () => {
-    talk.keep(true);
+    talk.keepOpen(true);
     await vi.advanceTimersByTimeAsync(0);
     const [device] = made;
     if (!device) throw new Error("no microphone was opened");
@@ -235,16 +235,16 @@ describe("the robot is muted", () => {
     device.level = 0.1;
     await vi.advanceTimersByTimeAsync(600);
     expect(duck).toHaveBeenLastCalledWith(false);
-    talk.told(true, null);
+    talk.reported(true, null);
     expect(duck).toHaveBeenLastCalledWith(true);
-    talk.told(false, null);
+    talk.reported(false, null);
     await vi.advanceTimersByTimeAsync(500);
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 
   it("but not if nothing of the voice is played", async () => {
     await press();
-    talk.told(false, says("The host has muted all voices."));
+    talk.reported(false, says("The host has muted all voices."));
     await vi.advanceTimersByTimeAsync(500);
     expect(duck).toHaveBeenLastCalledWith(false);
   });

@@ -98,7 +98,7 @@ export class Talk {
   }
 
   /** Keeps the microphone open without being held, or stops that. */
-  keep(isKept: boolean): void {
+  keepOpen(isKept: boolean): void {
     if (!this.#isAllowed) return;
     this.#tell({ isKept });
     this.#update();
@@ -112,7 +112,7 @@ export class Talk {
   }
 
   /** Handles the server's report on whether the voice is heard. */
-  told(isHeard: boolean, reason: Saying | null): void {
+  reported(isHeard: boolean, reason: Saying | null): void {
     this.#tell({ isHeard, ...(this.#voice.isOn ? { problem: reason } : {}) });
   }
 
@@ -123,7 +123,7 @@ export class Talk {
   }
 
   /** Adapts the encoding to the link; call it a few times a second, even without a voice. */
-  look(nowMs: number): void {
+  adapt(nowMs: number): void {
     this.#encoding = this.#chooser.next(this.options.uplink(), this.#voice.isOn, nowMs);
     if (this.#voice.isOn) this.#send();
   }

@@ -2,8 +2,8 @@ import "../../style/host.css";
 import { said } from "../../words/said";
 import { useState } from "../context";
 import { ProofPanel } from "../ProofPanel";
+import { Admission } from "./Admission";
 import { Calibration } from "./Calibration";
-import { Door } from "./Door";
 import { Frame } from "./Frame";
 import { Hosts } from "./Hosts";
 import { Invitation } from "./Invitation";
@@ -26,7 +26,7 @@ export function HostPanel() {
       <People />
       <Pressers />
       <Turns />
-      <Door />
+      <Admission />
       <Hosts />
       <Invitation />
       <Frame />

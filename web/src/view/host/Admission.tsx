@@ -5,7 +5,7 @@ import { Switch } from "../Switch";
 import { whenWords } from "../words";
 
 /** Admission: who may come in, and whether anybody sees and hears. */
-export function Door() {
+export function Admission() {
   const { room, console } = useState();
   const { actAsHost } = useActions();
   const settings = room.value?.host_settings;
