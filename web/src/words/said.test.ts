@@ -121,7 +121,7 @@ describe("a sentence of the server's", () => {
     const sentence = { code: "sent.carries", values: { rate } };
     expect(said(sentence)).toBe("the link carries about 1.2 Mbit/s");
     language.value = german;
-    expect(said(sentence)).toBe("Die Verbindung trägt etwa 1,2 Mbit/s");
+    expect(said(sentence)).toBe("Die Verbindung schafft etwa 1,2 Mbit/s");
   });
 
   it("has the form for its number", () => {
