@@ -21,7 +21,7 @@ class Heard:
 
     def __init__(self, clock: Clock, seen: Callable[[], StateSeen] = lambda: QUIET) -> None:
         self.events: list[Event] = []
-        self.event_maker = EventMaker(clock=clock, seen=seen, tell=self.events.append)
+        self.event_maker = EventMaker(clock=clock, seen=seen, send=self.events.append)
 
     def take(self) -> list[dict[str, Any]]:
         """Return what was told since the last time."""

@@ -225,7 +225,7 @@ class App:
             event_maker=EventMaker(
                 clock=clock,
                 seen=lambda: self._seen(waiting=len(turns.queue)),
-                tell=each(self._hooks.put, self._house.put),
+                send=each(self._hooks.put, self._house.put),
             ),
         )
         tape = self._tape_keeper = self._make_tape_keeper(viewers)

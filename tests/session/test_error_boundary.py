@@ -67,7 +67,7 @@ def test_a_fault_stays_inside_is_logged_once_and_ends_the_peer() -> None:
     assert [(line["log_level"], line["viewer"]) for line in logs] == [("error", 7)]
 
 
-def test_what_does_not_fail_is_let_through() -> None:
+def test_successful_calls_pass_through() -> None:
     """Arguments arrive, and nothing is counted or ended."""
     ended = Ended()
     got: list[tuple[object, ...]] = []
@@ -79,7 +79,7 @@ def test_what_does_not_fail_is_let_through() -> None:
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, asyncio.CancelledError])
 def test_the_end_of_the_server_is_no_viewers_fault(error: type[BaseException]) -> None:
-    """What ends a task or the process passes."""
+    """An exception that ends a task or the process passes through."""
     ended = Ended()
     with pytest.raises(error), ended.boundary:
         raise error
@@ -87,7 +87,7 @@ def test_the_end_of_the_server_is_no_viewers_fault(error: type[BaseException]) -
 
 
 def test_a_peer_that_cannot_be_ended_harms_nobody() -> None:
-    """What the end of the peer raises stays inside, too."""
+    """An error raised while ending the peer stays inside, too."""
     with ErrorBoundary(viewer=7, counters=Counters(), end=fail):
         fail()
 
@@ -121,11 +121,11 @@ def _break_send(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
 
 
 class Unknown(Later):
-    """Raises when it is asked for the first time whether it is alive."""
+    """Raises when `is_alive` is read for the first time."""
 
     def __getattribute__(self, name: str) -> Any:
         if name == "is_alive":
-            self.__class__ = Later  # type: ignore[assignment]  # the very same otherwise
+            self.__class__ = Later  # type: ignore[assignment]  # otherwise the same peer
             fail()
         return super().__getattribute__(name)
 
@@ -135,7 +135,7 @@ def _break_liveness(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
 
 
 def _break_drive_status(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(viewer, "tell_drive_status", fail)
+    patch.setattr(viewer, "send_drive_status", fail)
 
 
 def _break_name(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
@@ -194,7 +194,7 @@ async def test_a_fault_in_one_viewer_ends_only_that_peer(
 async def test_a_peer_that_cannot_be_abandoned_stops_no_round(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The sweep closes whoever else is dead, and all others are told."""
+    """The sweep closes the other dead peers, and the other pages are informed."""
     eve, bob, ada = [await rig.enter(f"{who}-1111") for who in ("eve", "bob", "ada")]
     monkeypatch.setattr(eve, "abandon", fail)
     rig.wait(10.3, ada)
@@ -205,7 +205,7 @@ async def test_a_peer_that_cannot_be_abandoned_stops_no_round(
     assert "Ada" in [line["name"] for line in ada.last("room")["viewers"]]
 
 
-async def test_the_robot_stops_though_the_streams_of_its_operator_cannot_be_given_up(
+async def test_the_robot_stops_even_if_its_operators_streams_cannot_be_released(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The operator is lost at once, even if ending the streams raises."""
@@ -230,8 +230,8 @@ async def test_one_peer_that_does_not_close_keeps_no_other_open(
     assert not ada.is_alive
 
 
-async def test_the_status_tells_of_all_others(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a viewer whose streams cannot tell how they are, only name and place are told."""
+async def test_the_status_still_has_all_others(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A viewer whose streams raise is listed with name and place only."""
     await rig.enter("eve-1111")
     await rig.enter("ada-1111")
     monkeypatch.setattr(next(iter(rig.viewers)).streams, "status", fail)
@@ -267,7 +267,7 @@ def _picture(captured_s: float, rendition: str) -> EncodedPicture:
 
 
 def test_a_lane_that_cannot_take_a_picture_keeps_none_from_others() -> None:
-    """The fan-out serves everybody after the lane that raises, and the peer behind that ends."""
+    """The fan-out serves the lanes after the one that raises, and the peer behind that one ends."""
     hub = VideoHub(settings=VideoSettings(), clock=TurnedClock())
     first, second = Ended(), Ended()
     broken, whole = hub.add(first.boundary), hub.add(second.boundary)
@@ -282,7 +282,7 @@ def test_a_lane_that_cannot_take_a_picture_keeps_none_from_others() -> None:
 async def test_a_lane_that_cannot_take_sound_keeps_none_from_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """So it is with sound."""
+    """The same holds for sound."""
     hub, encoding = SoundHub(), SoundEncoding(20, 32_000)
     hub.start()
     first, second = Ended(), Ended()
@@ -299,7 +299,7 @@ async def test_a_lane_that_cannot_take_sound_keeps_none_from_others(
 
 
 class ThesisPage:
-    """A page of the baseline's, whose messages fail from some moment on."""
+    """A page of the baseline, whose messages begin to fail at some moment."""
 
     def __init__(self, ended: Ended) -> None:
         self.boundary = ended.boundary

@@ -1,4 +1,4 @@
-"""What outlives the server, in real rooms that follow each other."""
+"""What outlives the server, in a series of real rooms."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def started(folder: Path, **tables: Any) -> Rig:
 async def test_a_stop_is_in_force_after_a_restart(
     tmp_path: Path, who: set[str], by: Sentence, role: StopRole
 ) -> None:
-    """As often as the server is started, for whoever may release it, and told to programs."""
+    """It outlives every restart, can be released as before, and programs are told."""
     rig = started(tmp_path)
     assert rig.loop.latched is None
     if "house" in who:
@@ -88,10 +88,10 @@ async def test_a_stop_is_in_force_after_a_restart(
     ],
     ids=lambda act: act["type"] if isinstance(act, dict) else "",
 )
-async def test_so_is_what_the_host_has_shut_or_limited(
+async def test_what_the_host_has_closed_or_limited_outlives_a_restart(
     tmp_path: Path, act: dict[str, Any], is_so: Callable[[Rig], bool]
 ) -> None:
-    """Nobody is there to do it again."""
+    """Nobody may be there to do it again."""
     rig = started(tmp_path)
     assert not is_so(rig)
     (await rig.enter("hedy-111", is_host=True)).says(**act)
@@ -109,8 +109,8 @@ async def test_so_is_what_the_host_has_shut_or_limited(
         messages.Blank(type="blank", blanked=True),
     ],
 )
-async def test_so_is_what_the_home_automation_has(tmp_path: Path, act: HouseAct) -> None:
-    """As if the host had."""
+async def test_an_act_of_home_automation_outlives_a_restart(tmp_path: Path, act: HouseAct) -> None:
+    """It is kept as the host's acts are."""
     rig = started(tmp_path)
     rig.room.house_acts(act)
     until(rig.kept.close)
@@ -119,7 +119,7 @@ async def test_so_is_what_the_home_automation_has(tmp_path: Path, act: HouseAct)
 
 
 async def test_closed_for_the_day_it_opens_when_it_would_have(tmp_path: Path) -> None:
-    """By its hours."""
+    """The opening hours count as before the restart."""
     hours = {"hours": ["mon-sun 10:00-11:00"]}
     rig = started(tmp_path, access=hours)
     (await rig.enter("hedy-111", is_host=True)).says(type="close", closed=True)
@@ -137,16 +137,16 @@ def kept(folder: Path) -> KeptFile:
 
 
 def test_it_is_written_at_once(tmp_path: Path) -> None:
-    """A server that is killed closes nothing."""
+    """A server that is killed gets no chance to write."""
     file = kept(tmp_path / "new")
-    file.keep(KeptState(stop="host"))
+    file.save(KeptState(stop="host"))
     until(lambda: KeptFile(str(tmp_path / "new")).before.stop == "host")
     until(file.close)
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b'{"stop": "somebody"}', b'{"max_fraction": 9}'])
-def test_a_file_that_says_nothing_counts_as_a_stop(tmp_path: Path, content: bytes) -> None:
-    """The host's, and nobody sees anything, until it is mended by what is wanted next."""
+def test_an_unreadable_file_counts_as_a_stop(tmp_path: Path, content: bytes) -> None:
+    """It is the host's Stop, and nobody sees anything, until the next act overwrites the file."""
     (tmp_path / FILE).write_bytes(content)
     with capture_logs() as logs:
         file = kept(tmp_path)
@@ -156,37 +156,37 @@ def test_a_file_that_says_nothing_counts_as_a_stop(tmp_path: Path, content: byte
     assert [one.code for one in file.problems()] == ["kept.unread"]
     until(lambda: not KeptFile(str(tmp_path)).problems())
     assert KeptFile(str(tmp_path)).before == doubt
-    file.keep(KeptState())
+    file.save(KeptState())
     until(file.close)
     assert KeptFile(str(tmp_path)).before == KeptState()
 
 
-def test_what_cannot_be_written_is_told_of_and_tried_again(tmp_path: Path) -> None:
-    """Once; a folder that cannot be made held nothing."""
+def test_a_failed_write_is_reported_and_retried(tmp_path: Path) -> None:
+    """It is reported once; a folder that cannot be made held nothing."""
     (tmp_path / "file").write_text("")
     with capture_logs() as logs:
         file = kept(tmp_path / "file" / "wax")
         assert file.before == KeptState()
-        file.keep(KeptState(stop="observer"))
+        file.save(KeptState(stop="observer"))
         until(lambda: [one.code for one in file.problems()] == ["kept.unwritten"])
-        file.keep(KeptState(stop="host"))
+        file.save(KeptState(stop="host"))
         (tmp_path / "file").unlink()
         until(file.close)
     assert ([line["log_level"] for line in logs], file.problems()) == (["warning"], [])
     assert KeptFile(str(tmp_path / "file" / "wax")).before.stop == "host"
 
 
-def test_what_may_have_been_written_is_written_again(
+def test_a_write_that_may_have_happened_is_undone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Back to what the file said before a write that failed at its very end."""
+    """After a write that failed at its very end, the old state is written again."""
     file = kept(tmp_path)
     sync = state_dir.sync
     monkeypatch.setattr(state_dir, "sync", lambda path: sync(path) if path.is_file() else _fail())
-    file.keep(KeptState(stop="host"))
+    file.save(KeptState(stop="host"))
     until(file.problems)
     monkeypatch.undo()
-    file.keep(KeptState())
+    file.save(KeptState())
     until(file.close)
     assert KeptFile(str(tmp_path)).before == KeptState()
 
@@ -195,15 +195,15 @@ def _fail(*_: object) -> None:
     raise OSError(5, "Input/output error")
 
 
-def test_what_could_not_be_written_is_tried_again(
+def test_a_write_is_retried_until_it_succeeds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As long as it takes and without an act; the host is told from the start until then."""
+    """No act is needed for that; the host is told from the start until it succeeds."""
     monkeypatch.setattr(kept_state, "_AGAIN_S", 0.01)
     (tmp_path / "folder").touch()
     file = kept(tmp_path / "folder")
     assert file.problems()
-    file.keep(KeptState(stop="host"))
+    file.save(KeptState(stop="host"))
     (tmp_path / "folder").unlink()
     until(lambda: not file.problems())
     second = kept(tmp_path / "folder")
@@ -214,7 +214,7 @@ def test_what_could_not_be_written_is_tried_again(
 
 
 def test_a_full_disk_has_room_for_a_stop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As large as it may be: no file can be made any more, and the one that is there not grow."""
+    """Even the largest state fits, though no new file can be made and the old one cannot grow."""
     file = kept(tmp_path)
     until((tmp_path / FILE).exists)
     room_bytes = (tmp_path / FILE).stat().st_size
@@ -232,27 +232,25 @@ def test_a_full_disk_has_room_for_a_stop(tmp_path: Path, monkeypatch: pytest.Mon
         max_fraction=1 / 3,
         closed_until_s=-1e300 / 3,
     )
-    file.keep(largest)
+    file.save(largest)
     until(file.close)
     monkeypatch.undo()
     assert (KeptFile(str(tmp_path)).before, file.problems()) == (largest, [])
     assert (tmp_path / FILE).stat().st_size == room_bytes
 
 
-def test_it_is_told_from_the_start_that_a_stop_would_have_no_room(
+def test_the_host_is_told_from_the_start_that_a_stop_has_no_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the disk was full before there was a file."""
+    """The disk was full before there was a file."""
     monkeypatch.setattr(state_dir, "replace", _fail)
     file = kept(tmp_path)
     until(lambda: [one.code for one in file.problems()] == ["kept.unwritten"])
     until(file.close)
 
 
-def test_what_was_not_read_is_not_written_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As in a folder that is mounted late: the Stop in it is in force after the next start."""
+def test_an_unread_file_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For example in a folder that is mounted late: its Stop is in force after the next start."""
     monkeypatch.setattr(kept_state, "_AGAIN_S", 0.01)
     late = tmp_path / "late"
     late.mkdir()
@@ -261,9 +259,9 @@ def test_what_was_not_read_is_not_written_over(
     file = kept(tmp_path / "folder")
     why = file.problems()
     (tmp_path / "link").symlink_to(late)
-    (tmp_path / "link").replace(tmp_path / "folder")  # at once: it tries all the time
+    (tmp_path / "link").replace(tmp_path / "folder")  # atomically: the thread retries all the time
     until(lambda: file.problems() != why)
-    file.keep(KeptState(is_held=True))
+    file.save(KeptState(is_held=True))
     until(file.close)
     assert KeptFile(str(tmp_path / "folder")).before.stop == "host"
 
@@ -271,15 +269,15 @@ def test_what_was_not_read_is_not_written_over(
 def test_two_servers_do_not_undo_each_others_stop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In one folder the later one is told, and writes nothing, not even when it is alone."""
+    """In one folder the later one is told so, and writes nothing, not even once it is alone."""
     monkeypatch.setattr(kept_state, "_AGAIN_S", 0.01)
     first = kept(tmp_path)
-    first.keep(KeptState(stop="host"))
+    first.save(KeptState(stop="host"))
     until(lambda: KeptFile(str(tmp_path)).before.stop == "host")
     second = kept(tmp_path)
     assert second.problems()
     until(first.close)
-    second.keep(KeptState(is_held=True))
+    second.save(KeptState(is_held=True))
     until(second.close)
     assert KeptFile(str(tmp_path)).before.stop == "host"
     third = kept(tmp_path)

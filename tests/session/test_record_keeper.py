@@ -66,7 +66,7 @@ def viewer(number: int, name: str, *, streams: object = None, ready: bool = True
 
 
 class Rig:
-    """A keeper over viewers and counts that the test sets, and what it had written."""
+    """A keeper over viewers and counts that the test sets, and what it has written."""
 
     def __init__(self, path: Path) -> None:
         self.clock = TurnedClock()
@@ -101,15 +101,15 @@ def rig(tmp_path: Path) -> Rig:
 
 
 def test_a_visit_has_its_link(rig: Rig) -> None:
-    """From the first look to the last one: medians, worst, and the newest name."""
+    """Its record has medians and worst values of all polls, and the newest name."""
     ada = viewer(1, "Guest 1")
     rig.viewers += [ada, viewer(2, "not connected", ready=False)]
-    rig.keeper.look()
+    rig.keeper.poll()
     ada.name = "Ada"
     ada.link.newest_s = 0.2
-    rig.keeper.look()
+    rig.keeper.poll()
     rig.viewers.clear()
-    rig.keeper.look()
+    rig.keeper.poll()
     (row,) = rig.written("sessions")
     assert (row["name"], row["address"], row["role"]) == ("Ada", "192.0.2.0/24", "guest")
     assert row["ended_ms"] is not None
@@ -119,10 +119,10 @@ def test_a_visit_has_its_link(rig: Rig) -> None:
     assert (row["lost_percent"], row["rendition"]) == (1.0, "640x480")
 
 
-def test_the_host_is_told_from_guests(rig: Rig) -> None:
-    """By what they are, not by their name."""
+def test_the_host_is_recorded_as_host(rig: Rig) -> None:
+    """The role decides, not the name."""
     rig.viewers += [viewer(1, "Hedy"), viewer(2, "Ada")]
-    rig.keeper.look()
+    rig.keeper.poll()
     assert {row["name"]: row["role"] for row in rig.written("sessions")} == {
         "Hedy": "host",
         "Ada": "guest",
@@ -132,15 +132,15 @@ def test_the_host_is_told_from_guests(rig: Rig) -> None:
 def test_a_broken_viewer_costs_only_their_figures(rig: Rig) -> None:
     """Everybody else's visit is recorded, theirs without a link."""
     rig.viewers += [viewer(1, "Eve", streams=BrokenStreams()), viewer(2, "Ada")]
-    rig.keeper.look()
+    rig.keeper.poll()
     rows = {row["name"]: row["rendition"] for row in rig.written("sessions")}
     assert rows == {"Eve": None, "Ada": "640x480"}
 
 
-async def test_looking_at_a_crowd_leaves_room_for_timers(
+async def test_polling_a_crowd_leaves_room_for_timers(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The control loop does not wait until each of many viewers has been looked at, or noted."""
+    """The control loop does not wait until each of many viewers is polled, or recorded."""
     looked: list[int] = []
     noted_visits: list[str] = []
     began = rig.records.session_began
@@ -158,7 +158,7 @@ async def test_looking_at_a_crowd_leaves_room_for_timers(
     for number in range(20):
         rig.viewers.append(viewer(number, f"Guest {number}"))
         rig.viewers[-1].streams.status = partial(noted, number)  # type: ignore[method-assign]
-    rig.keeper.look()
+    rig.keeper.poll()
     for _ in range(20):
         before = len(looked)
         assert len(noted_visits) == before
@@ -168,7 +168,7 @@ async def test_looking_at_a_crowd_leaves_room_for_timers(
 
 
 async def test_a_visit_that_has_ended_stays_so(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was put off for a crowd in the minute's update is nothing for who has gone since."""
+    """The minute's update, spread over time for a crowd, leaves out people who have left since."""
     is_over: dict[int, bool] = {}
 
     def seen(number: int, *_: object, **how: bool) -> None:
@@ -176,12 +176,12 @@ async def test_a_visit_that_has_ended_stays_so(rig: Rig, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(rig.records, "session_seen", seen)
     rig.viewers += [viewer(number, f"Guest {number}") for number in range(2 * PORTION)]
-    rig.keeper.look()
+    rig.keeper.poll()
     await asyncio.sleep(0)
     rig.clock.time_s += 60.0
-    rig.keeper.look()
+    rig.keeper.poll()
     rig.viewers.clear()
-    rig.keeper.look()
+    rig.keeper.poll()
     for _ in range(PORTION):
         await asyncio.sleep(0)
     assert list(is_over.values()) == [True] * 2 * PORTION
@@ -203,7 +203,7 @@ def test_turns_say_why_they_ended(rig: Rig) -> None:
 
 
 def test_stops_have_who_and_until_when(rig: Rig) -> None:
-    """A second press of the same stop is no second row; somebody without a page is named."""
+    """A second press of the same Stop is no second row; somebody without a page is named."""
     ada = viewer(1, "Ada")
     rig.keeper.stop_pressed(ada, "Ada", 1, "operator")
     rig.keeper.stop_pressed(None, "somebody", 2, "observer")
@@ -236,10 +236,10 @@ def test_stops_have_who_and_until_when(rig: Rig) -> None:
         (Limit.LATE_PICTURE.value, None),
     ],
 )
-def test_what_stops_a_moving_robot_is_told(
+def test_what_stops_a_moving_robot_is_recorded(
     rig: Rig, reason: Sentence | None, told: str | None
 ) -> None:
-    """Once, with its operator; what the operator did is no stop."""
+    """A stop is recorded once, with the operator; one that the operator wanted is none."""
     rig.viewers.append(viewer(1, "Ada"))
     rig.keeper.drive_status(1, False, Hold.TURN_STARTED.value, 1.0)
     rig.keeper.drive_status(1, True, None, 1.0)
@@ -251,8 +251,8 @@ def test_what_stops_a_moving_robot_is_told(
     assert rig.keeper.stops.total() == len(rows)
 
 
-def test_a_pressed_stop_is_told_once(rig: Rig) -> None:
-    """Not again as what the gate says while it lasts."""
+def test_a_pressed_stop_is_recorded_once(rig: Rig) -> None:
+    """The reason that the gate gives while it lasts is not another stop."""
     rig.viewers.append(viewer(1, "Ada"))
     rig.keeper.drive_status(1, True, None, 1.0)
     rig.keeper.stop_pressed(None, "somebody", 1, "observer")
@@ -261,7 +261,7 @@ def test_a_pressed_stop_is_told_once(rig: Rig) -> None:
 
 
 def test_a_bad_link_does_not_fill_the_file(rig: Rig) -> None:
-    """Interruptions many times a second are all counted, and one a second is a row."""
+    """Many interruptions a second are all counted, but only one a second is a row."""
     rig.viewers.append(viewer(1, "Ada"))
     for _ in range(30):
         rig.keeper.drive_status(1, True, None, 1.0)
@@ -277,23 +277,23 @@ def test_refusals_are_counts(rig: Rig) -> None:
     """What has grown since the last minute is added to the hour's row."""
     rig.counts = {"requests refused": 2}
     rig.clock.time_s += 61
-    rig.keeper.look()
+    rig.keeper.poll()
     rig.counts = {"requests refused": 5, "messages over the rate": 1}
     rows = {row["reason"]: row["count"] for row in rig.written("refusals")}
     assert rows == {"requests refused": 5, "messages over the rate": 1}
 
 
 def test_which_counts_are_refusals() -> None:
-    """Those that say so, of the room, the gate and the stop."""
+    """Refusals by the room, the gate and the Stop are found by their names."""
     counts = {"requests refused": 1, "commands.refused.lost": 2.0, "commands.accepted": 3}
     assert refused(counts) == {"requests refused": 1, "commands.refused.lost": 2.0}
 
 
-def test_an_error_here_reaches_nobody(rig: Rig) -> None:
-    """The control loop calls the keeper: it never raises, and says so once."""
+def test_an_error_stays_in_the_keeper(rig: Rig) -> None:
+    """The control loop calls the keeper, which never raises, and logs the error once."""
     rig.viewers.append(cast("Viewer", object()))
     with structlog.testing.capture_logs() as logs:
-        rig.keeper.look()
+        rig.keeper.poll()
         rig.keeper.turn_events((TurnStarted(1, 1, 60.0),))
     assert [line["event"] for line in logs] == ["the records are incomplete"]
 
@@ -307,12 +307,12 @@ def test_every_end_of_a_turn_has_its_event(rig: Rig) -> None:
 
 
 def test_a_server_that_served_says_that_it_ends(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With its version and the time; one that never began says nothing."""
+    """Its event has version and time; a server that was never ready sends none."""
     monkeypatch.setattr(rig.clock, "wall_ms", lambda: 1_764_158_400_123)
     rig.keeper.close()
     assert rig.heard.take() == []
     rig.keeper.event_maker.ready("1.2")
-    rig.keeper.look()
+    rig.keeper.poll()
     rig.keeper.close()
     assert rig.heard.events[0].timestamp == "2025-11-26T12:00:00.123+00:00"
     assert [one["type"] for one in rig.heard.take()] == [
@@ -328,18 +328,18 @@ def test_events_that_fail_cost_no_record(rig: Rig, monkeypatch: pytest.MonkeyPat
     def fail(*_: object) -> None:
         raise RuntimeError("bug")
 
-    monkeypatch.setattr(rig.keeper.event_maker, "_tell_others", fail)
+    monkeypatch.setattr(rig.keeper.event_maker, "_send", fail)
     monkeypatch.setattr(rig.keeper.event_maker, "_seen", fail)
     rig.viewers.append(viewer(1, "Ada"))
     with structlog.testing.capture_logs() as logs:
-        rig.keeper.look()
+        rig.keeper.poll()
         rig.keeper.turn_events((TurnStarted(1, 1, 60.0), TurnEnded(1, 1, Why.LEFT)))
     assert [line["event"] for line in logs] == ["events are missing"]
     assert [row["why"] for row in rig.written("turns")] == ["left"]
 
 
 def test_both_are_called() -> None:
-    """One callback for two who want to know."""
+    """One callback calls two others."""
     told: list[str] = []
     each(lambda a: told.append(f"first {a}"), lambda a: told.append(f"second {a}"))("x")
     assert told == ["first x", "second x"]
@@ -358,10 +358,10 @@ def test_both_are_called() -> None:
         ((7, True, None), (7, False, None), None),
     ],
 )
-def test_a_fault_is_what_stops_who_drives(
+def test_a_fault_is_an_involuntary_stop(
     before: DriveStatus | None, now: DriveStatus, why: str | None
 ) -> None:
-    """Neither a hand-over nor a finger that lets go is one, nor what only slows."""
+    """A hand-over, a released button and a mere speed limit are none."""
     assert why_stopped(before, now) == why
 
 
@@ -370,12 +370,12 @@ def _turn(rig: Rig, number: int, *, lasts_s: float = 0.0, drives: bool = False) 
     rig.clock.time_s += lasts_s
     if drives:
         rig.keeper.drive_status(1, True, None, 1.0)
-    rig.keeper.look()
+    rig.keeper.poll()
     rig.keeper.turn_events((TurnEnded(number, 1, Why.LEFT),))
 
 
 def test_a_flood_of_empty_turns_is_a_number(rig: Rig) -> None:
-    """Of hundreds a few are recorded and told, and how many there were; a Stop always is."""
+    """Of hundreds, a few are recorded and reported, and the rest is counted; a Stop always is."""
     rig.viewers += [viewer(1, "Eve")]
     for number in range(1, 901):
         _turn(rig, number)
@@ -390,10 +390,10 @@ def test_a_flood_of_empty_turns_is_a_number(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize(("lasts_s", "drives"), [(2.0, False), (0.1, True)])
-def test_a_turn_that_is_driven_or_lasts_is_told_in_a_flood(
+def test_a_turn_that_is_driven_or_lasts_is_reported_in_a_flood(
     rig: Rig, lasts_s: float, *, drives: bool
 ) -> None:
-    """With its number and its end: it is none of the empty ones."""
+    """It has its number and its end, since it is not an empty one."""
     rig.viewers += [viewer(1, "Eve")]
     for number in range(1, 31):
         _turn(rig, number)

@@ -1,4 +1,4 @@
-"""What everybody is told of the room: nothing is lost, and nobody can make it expensive."""
+"""Updates of the room: no change is lost, and nobody can make them expensive."""
 
 from __future__ import annotations
 
@@ -76,17 +76,19 @@ rooms = st.builds(
 
 
 @given(rooms, rooms)
-def test_the_change_makes_the_later_of_the_earlier(
+def test_a_change_leads_from_the_earlier_state_to_the_later(
     before: messages.RoomState, after: messages.RoomState
 ) -> None:
-    """Whatever two states differ in, the change leads from one to the other."""
+    """For any two states, the change leads from one to the other."""
     change = room_change.between(before, after)
     assert room_change.applied(before.model_dump(), _sent(change)) == after.model_dump()
 
 
 @given(st.lists(st.tuples(rooms, st.floats(0, 3)), min_size=1, max_size=20))
-def test_everybody_knows_in_the_end(steps: list[tuple[messages.RoomState, float]]) -> None:
-    """Whoever was there from the start, or joins at any time, knows the last state 5 s later."""
+def test_everybody_has_the_last_state_in_the_end(
+    steps: list[tuple[messages.RoomState, float]],
+) -> None:
+    """A page that was there from the start, or joins at any time, has the last state 5 s later."""
     updates, now_s = RoomUpdates(0.0), 0.0
     known: list[dict[str, Any]] = []
     for state, after_s in (*steps, (steps[-1][0], 5.0), (steps[-1][0], 5.0)):
@@ -103,7 +105,7 @@ def test_everybody_knows_in_the_end(steps: list[tuple[messages.RoomState, float]
 
 
 def _bytes_a_second(change: Any, seconds: int = 10) -> float:
-    """Sum what everybody is sent while `change(n)` is the room in round n, without the first."""
+    """Return the bytes sent to each page while `change(n)` is the room in round n, n > 0."""
     updates = RoomUpdates(0.0)
     updates.next(change(0), 0.0)
     sent = 0
@@ -148,8 +150,8 @@ def test_a_flood_costs_the_others_little(flood: str) -> None:
     assert 0 < _bytes_a_second(FLOODS[flood]) <= 2000
 
 
-def test_what_matters_is_told_at_once() -> None:
-    """Names do not delay a stop, nor do those who come and go."""
+def test_urgent_changes_are_sent_at_once() -> None:
+    """Neither changes of name nor viewers who come and go delay a Stop."""
     updates, now_s = RoomUpdates(0.0), 10.0
     updates.next(room(line(1)), now_s)
     for number in range(50):
@@ -164,8 +166,8 @@ def test_what_matters_is_told_at_once() -> None:
     assert change.stop == stopped.stop
 
 
-def test_a_wait_is_told_anew_when_a_turn_ends() -> None:
-    """Whoever is next does not read the wait of a turn that nobody has any more."""
+def test_a_wait_is_sent_anew_when_a_turn_ends() -> None:
+    """The next viewer does not read a wait that counts a turn which has ended."""
     updates = RoomUpdates(0.0)
     updates.next(room(line(1), line(2, role="queued", place=1, wait_s=40)), 0.0)
     nobody = messages.TurnInfo(number=1, operator=None, ends_server_ms=None, stands_left_ms=None)
@@ -175,7 +177,7 @@ def test_a_wait_is_told_anew_when_a_turn_ends() -> None:
 
 
 def test_the_last_request_wins() -> None:
-    """The first is carried out at once, then one each two seconds: the newest, and only once."""
+    """The first runs at once, then one every two seconds: the newest, and only once."""
     done: list[tuple[float, int]] = []
     now_s = 0.0
     names: LastWins[int] = LastWins(
@@ -183,9 +185,9 @@ def test_the_last_request_wins() -> None:
     )
     for step in range(100):
         now_s = step / 20
-        names.ask(step, now_s)
+        names.submit(step, now_s)
     for step in range(100, 300):
         now_s = step / 20
-        names.settle(now_s)
+        names.run_waiting(now_s)
     assert [number for _, number in done] == [0, 40, 80, 99]
     assert [at_s for at_s, _ in done] == pytest.approx([0.0, 2.0, 4.0, 6.0])

@@ -1,4 +1,4 @@
-"""Those who watch in a room of the cluster: who gets a seat, who loses it, who comes to drive."""
+"""People who watch in LiveKit rooms: who gets a seat, who loses it, who connects to drive."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def rooms() -> Rooms:
 
 @pytest.fixture
 def rig(monkeypatch: pytest.MonkeyPatch, rooms: Rooms) -> Rig:
-    """Have a room here with one place, and two elsewhere with two each."""
+    """Make a server with one place, and two LiveKit rooms with two seats each."""
     FakePeer.made = []
     monkeypatch.setattr(entry_module, "Peer", FakePeer)
     tree = {
@@ -90,12 +90,12 @@ def wait(rig: Rig, seconds: float, *alive: FakePeer) -> None:
 # --- seats -----------------------------------------------------------------------------------
 
 
-async def test_who_finds_no_place_is_sent_elsewhere(rig: Rig, rooms: Rooms) -> None:
-    """With two rooms to choose from, and what they would be told here."""
+async def test_a_visitor_without_a_place_gets_a_seat_in_a_room(rig: Rig, rooms: Rooms) -> None:
+    """The visitor gets two rooms to choose from, and the greeting that a viewer gets here."""
     await rig.enter("ada-1111")
     with pytest.raises(NoPlaceError) as here:
         await rig.room.answer(EVE, TAB, OFFER)
-    told = rig.room.rooms.instead(EVE, TAB, here.value)
+    told = rig.room.rooms.seat_instead(EVE, TAB, here.value)
     assert [one.url for one in told.rooms] == ["wss://a", "wss://b"]
     assert {one.token for one in told.rooms} == {NAME}
     assert (told.hello.viewer, told.hello.may_queue, told.hello.may_hear) == (0, True, True)
@@ -103,11 +103,11 @@ async def test_who_finds_no_place_is_sent_elsewhere(rig: Rig, rooms: Rooms) -> N
     assert rig.room.rooms.seat(EVE, TAB).hello.may_hear is False
     rooms.is_used = False
     with pytest.raises(NoPlaceError, match="The only place"):
-        rig.room.rooms.instead(guest(1), TAB, here.value)
+        rig.room.rooms.seat_instead(guest(1), TAB, here.value)
 
 
-async def test_where_nothing_is_free_watching_is_full(rig: Rig, rooms: Rooms) -> None:
-    """All rooms are full, or gone; whoever has a seat keeps it while its room is there."""
+async def test_without_a_free_seat_watching_is_full(rig: Rig, rooms: Rooms) -> None:
+    """All rooms are full or gone; a viewer with a seat keeps it while its room is there."""
     for number in range(4):
         rig.room.rooms.seat(guest(number), TAB)
     with pytest.raises(FullError, match=str(WATCHING_IS_FULL)):
@@ -120,8 +120,8 @@ async def test_where_nothing_is_free_watching_is_full(rig: Rig, rooms: Rooms) ->
     assert rig.room.rooms.seat(guest(1), TAB).links == ["https://media.example.org"]
 
 
-async def test_the_rooms_are_told_no_particulars_of_a_fault(rig: Rig, rooms: Rooms) -> None:
-    """Anybody may watch there, and nobody there is the host."""
+async def test_the_rooms_get_no_details_of_a_fault(rig: Rig, rooms: Rooms) -> None:
+    """Anybody may watch in LiveKit rooms, and nobody there is the host."""
     rig.room.rooms.seat(EVE, TAB)
     rig.robot.problem = "/dev/ttyACM0 is unplugged"
     rig.wait(0.1)
@@ -132,7 +132,7 @@ async def test_the_rooms_are_told_no_particulars_of_a_fault(rig: Rig, rooms: Roo
 
 
 async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
-    """Whoever does not renew is taken out of the rooms, where LiveKit would let them stay."""
+    """A viewer who does not renew is removed from the rooms; LiveKit would let them stay."""
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(guest(1), TAB)
     rig.clock.time_s += SEAT_S - 1
@@ -147,8 +147,8 @@ async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
     assert [rig.room.has_people_at(f"192.0.2.{last}") for last in (1, 2)] == [True, False]
 
 
-async def test_a_page_that_is_closed_gives_its_seat_back(rig: Rig, rooms: Rooms) -> None:
-    """It is free for others at once; whoever has none leaves nothing."""
+async def test_a_closed_page_gives_its_seat_back(rig: Rig, rooms: Rooms) -> None:
+    """The seat is free for others at once; a page without one changes nothing."""
     rooms.rooms.pop()
     for number in range(2):
         rig.room.rooms.seat(guest(number), TAB)
@@ -162,8 +162,8 @@ async def test_a_page_that_is_closed_gives_its_seat_back(rig: Rig, rooms: Rooms)
     assert rig.room.role_of(guest(1)) == "stranger"
 
 
-async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
-    """As it does here; the host's own pages stay, and who asks is told why, and until when."""
+async def test_closing_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
+    """The host's own pages stay; the others are told why, and until when, if they ask."""
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(replace(visitor("hedy-111"), sign_in=rig.sign_in()), "tab-2222")
@@ -178,10 +178,10 @@ async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
 
 
 @pytest.mark.parametrize(("ban", "sentence"), [(True, BANNED), (False, REMOVED)])
-async def test_who_is_removed_loses_the_seat(
+async def test_a_removed_viewer_loses_the_seat(
     rig: Rig, rooms: Rooms, ban: bool, sentence: Sentence
 ) -> None:
-    """In every tab, and is told so; without a ban they may come again after a minute."""
+    """Every tab loses its seat and is told; without a ban the browser may return in a minute."""
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(EVE, "tab-2222")
@@ -202,8 +202,8 @@ async def test_who_is_removed_loses_the_seat(
         assert rig.room.rooms.seat(EVE, TAB).rooms
 
 
-async def test_a_ban_is_of_the_address_too(rig: Rig, rooms: Rooms) -> None:
-    """Others who are seated from there lose their seats; they had no number to be named by."""
+async def test_a_ban_covers_the_address_too(rig: Rig, rooms: Rooms) -> None:
+    """Others at that address lose their seats, too; they had no number to be banned by."""
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(visitor("eva-2222"), TAB)  # the same address
@@ -217,7 +217,7 @@ async def test_a_ban_is_of_the_address_too(rig: Rig, rooms: Rooms) -> None:
 async def test_one_address_does_not_take_every_seat(
     monkeypatch: pytest.MonkeyPatch, rooms: Rooms
 ) -> None:
-    """It has a share, as it has of the places here."""
+    """An address has a share of the seats, as it has of the places here."""
     rooms.rooms[0].most = 100
     tree = {"server": {"max_share_per_address": 0.1}}
     rig = Rig(tree, cast("Cluster", rooms))
@@ -228,8 +228,8 @@ async def test_one_address_does_not_take_every_seat(
     assert rig.room.rooms.seat(guest(7), TAB).rooms
 
 
-async def test_who_has_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
-    """As everybody who watches; without a seat nobody does."""
+async def test_a_viewer_with_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
+    """A seat gives the budget of a viewer; without one, nobody stops the robot."""
     with pytest.raises(ForbiddenError):
         rig.room.stop_by(EVE, TAB)
     rig.room.rooms.seat(EVE, TAB)
@@ -243,8 +243,8 @@ async def test_who_has_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
             rig.room.stop_by(EVE, TAB)
 
 
-async def test_a_press_that_comes_again_from_a_room_is_the_same_press(rig: Rig) -> None:
-    """However often the page sends it before it is answered."""
+async def test_a_press_repeated_from_a_room_is_the_same_press(rig: Rig) -> None:
+    """The page may repeat a press as often as it likes before it is answered."""
     rig.room.rooms.seat(EVE, TAB)
     numbers = set()
     for _ in range(10):
@@ -256,7 +256,7 @@ async def test_a_press_that_comes_again_from_a_room_is_the_same_press(rig: Rig) 
 
 
 async def test_without_a_cookie_a_page_in_a_room_is_known_by_its_tab(rig: Rig) -> None:
-    """By the newest of its seats, and by none that it has left; nobody is the host by that."""
+    """It is known by its newest seat, not by one that it left; the secret makes nobody the host."""
     seats, nobody = rig.room.rooms, visitor("")
     seats.seat(EVE, "eve's secret")
     assert rig.room.by_tab(nobody, "eve's secret") == EVE
@@ -272,8 +272,8 @@ async def test_without_a_cookie_a_page_in_a_room_is_known_by_its_tab(rig: Rig) -
 # --- the queue -------------------------------------------------------------------------------
 
 
-async def test_who_joins_and_leaves_leaves_nothing(rig: Rig) -> None:
-    """Not even where they were refused."""
+async def test_joining_and_leaving_leaves_no_trace(rig: Rig) -> None:
+    """Not even a refused request leaves anything."""
     for number in range(50):
         one = guest(number)
         assert rig.room.rooms.queue(one, TAB, "join").place is not None
@@ -286,8 +286,8 @@ async def test_who_joins_and_leaves_leaves_nothing(rig: Rig) -> None:
     assert len(rig.viewers) == 1
 
 
-async def test_who_does_not_ask_again_loses_the_place(rig: Rig) -> None:
-    """After twenty seconds they are lost, and after the grace time forgotten."""
+async def test_a_place_that_is_not_renewed_is_lost(rig: Rig) -> None:
+    """After twenty seconds the viewer is lost, and after the grace time forgotten."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     wait(rig, 1, ada)
@@ -299,8 +299,8 @@ async def test_who_does_not_ask_again_loses_the_place(rig: Rig) -> None:
     assert [line["name"] for line in ada.last("room")["viewers"]] == ["Guest 1"]
 
 
-async def test_who_does_not_come_is_passed_over(rig: Rig) -> None:
-    """Nobody drives from elsewhere: the turn goes on to who is there."""
+async def test_a_viewer_who_does_not_connect_is_passed_over(rig: Rig) -> None:
+    """Nobody drives from a LiveKit room: the turn passes to somebody who is connected here."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
@@ -312,8 +312,8 @@ async def test_who_does_not_come_is_passed_over(rig: Rig) -> None:
     assert ada.last("room")["turn"]["operator"] == 1
 
 
-async def test_who_comes_in_time_drives(rig: Rig) -> None:
-    """Though all places here are taken; before that, who waits in a room takes none."""
+async def test_a_viewer_who_connects_in_time_drives(rig: Rig) -> None:
+    """A viewer in turn gets a place though all are taken; one who waits in a room takes none."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
@@ -328,8 +328,8 @@ async def test_who_comes_in_time_drives(rig: Rig) -> None:
     assert eve.last("room")["turn"]["operator"] == first.id
 
 
-async def test_who_goes_back_elsewhere_keeps_the_place(rig: Rig) -> None:
-    """A page that has driven and watches in a room again waits for its next turn there."""
+async def test_a_viewer_who_returns_to_a_room_keeps_the_place(rig: Rig) -> None:
+    """A page that has driven and watches in a room again waits there for its next turn."""
     eve = await rig.enter("eve-1111")
     eve.says(type="join")
     rig.wait(0.3, eve)
@@ -341,8 +341,8 @@ async def test_who_goes_back_elsewhere_keeps_the_place(rig: Rig) -> None:
     assert (line.place, line.lost) == (1, False)
 
 
-async def test_who_says_so_before_they_go_back_keeps_the_place(rig: Rig) -> None:
-    """As pages do it: they have the place kept, and only then close their connection."""
+async def test_a_viewer_who_announces_the_return_keeps_the_place(rig: Rig) -> None:
+    """Pages do so: they ask to keep the place, and only then close their connection."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
@@ -356,8 +356,8 @@ async def test_who_says_so_before_they_go_back_keeps_the_place(rig: Rig) -> None
         wait(rig, 5, ada)
 
 
-async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> None:
-    """While anybody is there: who drives, the first who wait, and how many watch in all."""
+async def test_viewers_in_rooms_get_the_state_here(rig: Rig, rooms: Rooms) -> None:
+    """While anybody is there, they read who drives, who waits first, and how many watch in all."""
     ada = await rig.enter("ada-1111")
     assert rooms.news() is None
     rig.room.rooms.seat(EVE, TAB)
@@ -375,8 +375,8 @@ async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> N
     assert told["server_ms"] == rig.clock.time_s * 1000
 
 
-async def test_each_who_watches_is_counted_once(rig: Rig, rooms: Rooms) -> None:
-    """Not the operator, wherever they watched before; whoever waits in a room is counted there."""
+async def test_each_viewer_is_counted_once(rig: Rig, rooms: Rooms) -> None:
+    """The operator is left out, wherever they watched; a viewer who waits in a room counts."""
 
     def watching() -> int:
         text = rooms.news()
@@ -403,8 +403,8 @@ async def test_each_who_watches_is_counted_once(rig: Rig, rooms: Rooms) -> None:
     assert watching() == 2, "one in the room, and one here"
 
 
-async def test_who_waits_in_room_is_known_by_name(rig: Rig) -> None:
-    """To those here; the name of somebody else stays theirs."""
+async def test_a_viewer_who_waits_in_a_room_has_a_name(rig: Rig) -> None:
+    """Viewers here see the name; the name of somebody else is refused."""
     ada = await rig.enter("ada-1111")
     ada.says(type="name", name="Ada")
     ada.says(type="join")
@@ -417,7 +417,7 @@ async def test_who_waits_in_room_is_known_by_name(rig: Rig) -> None:
 
 
 def test_seats_are_counted_by_address_and_browser() -> None:
-    """Renewed they are the same; the last one leaves no trace."""
+    """A renewed seat is the same one; the last one leaves no trace."""
     seats = Seats()
     for tab in ("tab-1111", "tab-2222", "tab-1111"):
         seats.give(EVE, tab, ["a"], 0.0)

@@ -44,7 +44,7 @@ BOB = cast("Viewer", SimpleNamespace(number=2, name="Bob", visitor=visitor("bob"
 
 
 class Control:
-    """Writes down what it is asked, and refuses as told."""
+    """Records its calls, and refuses as the test says."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[object, ...]] = []
@@ -97,8 +97,8 @@ def stops(
             refused=dict,
             event_maker=(heard or Heard(clock)).event_maker,
         ),
-        keep=lambda: None,
-        watch=lambda address: since_s or {} if address == BOB.visitor.address else {},
+        save=lambda: None,
+        watching=lambda address: since_s or {} if address == BOB.visitor.address else {},
     )
 
 
@@ -114,7 +114,7 @@ PRESSED = {
 def test_pressed(
     control: Control, by: By, viewer: Viewer | None, *, is_host: bool, name: str, role: str
 ) -> None:
-    """Everybody who may stop the robot can, under the name shown to people; programs are told."""
+    """Everybody who may stop the robot can; people read the name, and programs are told."""
     heard = Heard(TurnedClock())
     assert stops(control, by, heard=heard).press(viewer, is_host=is_host) == 7
     own = None if viewer is None else name
@@ -129,14 +129,14 @@ def test_pressed(
 def test_where_only_the_operator_stops(
     control: Control, viewer: Viewer | None, operator: int | None
 ) -> None:
-    """Others are told so, also while nobody drives."""
+    """Others are refused with the reason, even while nobody drives."""
     with pytest.raises(ForbiddenError, match=str(ONLY_THE_OPERATOR_STOPS)):
         stops(control, "operator", operator).press(viewer, is_host=False)
     assert control.asked == []
 
 
-def test_unknown_people_stop_nothing(control: Control) -> None:
-    """Who is not in the room cannot press its Stop."""
+def test_strangers_stop_nothing(control: Control) -> None:
+    """Somebody who is not in the room cannot press its Stop."""
     with pytest.raises(ForbiddenError):
         stops(control).press(None, is_host=False)
     assert control.asked == []
@@ -160,8 +160,8 @@ def test_a_press_that_adds_nothing_is_free(control: Control) -> None:
         budget.press(BOB, is_host=False)
 
 
-def test_a_press_that_comes_again_is_the_same_press(control: Control) -> None:
-    """It costs nothing, tells nobody, and stops nothing anew, whatever has become of its stop."""
+def test_a_repeated_press_is_the_same_press(control: Control) -> None:
+    """It costs nothing, informs nobody and stops nothing anew, even after its Stop was released."""
     clock = TurnedClock()
     heard = Heard(clock)
     budget = stops(control, clock=clock, heard=heard)
@@ -179,8 +179,8 @@ def test_a_press_that_comes_again_is_the_same_press(control: Control) -> None:
     assert len(control.asked) == 2 * 3 + 1, "what somebody else numbers alike is another press"
 
 
-def test_who_is_muted_stops_nothing(control: Control) -> None:
-    """Until they drive: the operator's own Stop always works."""
+def test_a_muted_person_stops_nothing(control: Control) -> None:
+    """The mute ends when they drive: the operator's own Stop always works."""
     decisions = HostDecisions(muted={"ada", "bob"})
     with pytest.raises(ForbiddenError, match=str(MUTED)):
         stops(control, decisions=decisions).press(BOB, is_host=False)
@@ -188,7 +188,7 @@ def test_who_is_muted_stops_nothing(control: Control) -> None:
 
 
 def test_a_person_has_a_budget(control: Control) -> None:
-    """It fills again; the operator and the host have no need of one."""
+    """It refills; the operator and the host need none."""
     clock = TurnedClock()
     budget = stops(control, clock=clock)
     for _ in range(3):
@@ -208,7 +208,7 @@ def person(name: str, address: str = "192.0.2.1") -> Viewer:
 
 
 def pressed(budget: StopBudget, *names: str) -> int:
-    """Count how many of these are heard, one press each."""
+    """Count how many of these may stop the robot, with one press each."""
     heard = 0
     for name in names:
         with suppress(ForbiddenError):
@@ -217,7 +217,7 @@ def pressed(budget: StopBudget, *names: str) -> int:
 
 
 def test_new_browsers_have_no_more_than_their_address(control: Control) -> None:
-    """Forty-six press once each in 45 s, and are heard as one address is; it fills again."""
+    """Forty-six that press once each in 45 s have one address's budget, which refills."""
     clock = TurnedClock()
     newcomers = [f"eve{number}" for number in range(46)]
     budget = stops(control, clock=clock, since_s=dict.fromkeys(newcomers, 999.0))
@@ -230,8 +230,8 @@ def test_new_browsers_have_no_more_than_their_address(control: Control) -> None:
     assert pressed(budget, "fay") == 1
 
 
-def test_whoever_was_here_before_is_heard_in_a_flood(control: Control) -> None:
-    """Their first press a minute, whatever new browsers of their address do; not their second."""
+def test_a_known_viewer_can_stop_in_a_flood(control: Control) -> None:
+    """Their first press a minute counts, whatever new browsers at their address do."""
     clock = TurnedClock()
     since_s = {f"eve{number}": clock.time_s - KNOWN_S + 1 for number in range(40)}
     budget = stops(control, clock=clock, since_s={**since_s, "bob": clock.time_s - KNOWN_S})
@@ -244,7 +244,7 @@ def test_whoever_was_here_before_is_heard_in_a_flood(control: Control) -> None:
 
 
 def test_few_of_an_address_are_known(control: Control) -> None:
-    """Those who have watched longest, so that waiting with many browsers is of no use."""
+    """Only those who have watched longest are: waiting with many browsers gains nothing."""
     clock = TurnedClock()
     since_s = {f"eve{number:02}": float(number) for number in range(40)}
     budget = stops(control, clock=clock, since_s={"bob": -1.0, **since_s})
@@ -259,8 +259,8 @@ def test_presses_in_vain_cost_neighbours_nothing(control: Control) -> None:
     assert budget.press(person("fay", "198.51.100.1"), is_host=False) == 7
 
 
-def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -> None:
-    """Whatever new browsers come from it; its operator's Stop counts all the same."""
+def test_the_host_sees_who_presses_and_ignores_an_address(control: Control) -> None:
+    """New browsers at the address are ignored, too; its operator's Stop still counts."""
     clock, decisions = TurnedClock(), HostDecisions()
     budget = stops(control, clock=clock, decisions=decisions)
     budget.press(ADA, is_host=False)
@@ -280,8 +280,8 @@ def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -
     assert budget.press(person("new"), is_host=False) == 7
 
 
-def test_the_host_is_told_of_so_many_addresses(control: Control) -> None:
-    """The newest ones, and all that are ignored, since only there that is taken back."""
+def test_the_host_sees_a_bounded_number_of_addresses(control: Control) -> None:
+    """The host is shown the newest, and all ignored ones, since only there can that be undone."""
     decisions = HostDecisions()
     budget = stops(control, decisions=decisions)
     addresses = [f"192.0.2.{number}" for number in range(100)]
@@ -294,7 +294,7 @@ def test_the_host_is_told_of_so_many_addresses(control: Control) -> None:
 
 
 def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:
-    """Each press that counts, and who released it; a refused release ends nothing."""
+    """Each press that counts is recorded, and who released it; a refused release ends nothing."""
     clock = TurnedClock()
     records = Records(
         clock, writer=RecordWriter(tmp_path / "records.db", keep_days=30.0, clock=clock)
@@ -327,7 +327,7 @@ RELEASED = {
 def test_the_latch_is_asked(
     control: Control, viewer: Viewer | None, is_host: bool, asker: Releaser
 ) -> None:
-    """The latch decides who may, and its refusal is told."""
+    """The latch decides who may release, and its refusal is passed on."""
     stops(control).release(viewer, 7, 3.5, is_host=is_host)
     assert control.asked == [(asker, 7, 3.5)]
     control.refusal = Refusal.OTHER_STOP

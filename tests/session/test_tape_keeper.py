@@ -1,4 +1,4 @@
-"""What the tape is told of the room, and what it must not be told."""
+"""What the tape records of the room, and what it must not record."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def command(sent_s: float, **more: Any) -> Command:
 
 
 def test_a_command_is_written_with_its_age_and_its_fate(rig: Rig) -> None:
-    """Times are ages, so that no second clock is needed to read them."""
+    """Times are ages, so that a reader needs no second clock."""
     rig.keeper.offered(7, command(99.95), None, 100.0)
     rig.keeper.offered(8, command(99.0, seen_s=None), Refusal.NOT_YOUR_TURN, 100.0)
     counted, refused = rig.writing.of("commanded")
@@ -131,7 +131,7 @@ def test_a_command_is_written_with_its_age_and_its_fate(rig: Rig) -> None:
 
 
 def test_a_set_point_is_written_when_it_changes(rig: Rig) -> None:
-    """Fifty the same in a second are written once, and again after a second."""
+    """Fifty equal ones in a second are written once, and once more after a second."""
     driven = Setpoint(Twist(0.5, 0.0), limit=Limit.LONG_DELAY.value)
     for _ in range(25):
         rig.steer(driven, Twist(0.2, 0.0))
@@ -172,7 +172,7 @@ def test_reasons_have_short_names(rig: Rig, sentence: Sentence, told: str) -> No
 def test_everybody_is_told_what_is_recorded(
     *, has_sound: bool, has_cameras: bool, what: str
 ) -> None:
-    """Nobody sits before a camera of which they are not told."""
+    """Nobody is recorded by a camera without being told."""
     keeper = TapeKeeper(
         cast("Recorder", Writing()),
         settings=RecordingSettings(),
@@ -188,11 +188,11 @@ def test_everybody_is_told_what_is_recorded(
 
 
 def test_no_name_is_on_the_tape_unless_configured(rig: Rig) -> None:
-    """Not even in the sentence of a stop; and no address ever is."""
+    """Not even in the sentence of a Stop; and no address is ever written."""
     rig.viewers.append(viewer(2, "Ada"))
     rig.latched = LatchedStop(1, says("Ada"), 2)
     rig.steer(Setpoint(reason=stopped_by(says("Ada"))))
-    rig.keeper.look()
+    rig.keeper.poll()
     text = "".join(event.model_dump_json() for event, _ in rig.writing.events)
     assert "Ada" not in text
     assert "192.0.2" not in text
@@ -200,29 +200,29 @@ def test_no_name_is_on_the_tape_unless_configured(rig: Rig) -> None:
 
 
 def test_names_that_are_configured_are_written_once() -> None:
-    """And again when somebody takes another; each lasts into the next parts."""
+    """A new name is written again; each is repeated in later parts."""
     rig = Rig(names=True)
     rig.viewers.append(viewer(2, "Ada"))
     for name in ("Ada", "Ada", "Countess"):
         rig.viewers[0].name = name
-        rig.keeper.look()
+        rig.keeper.poll()
     assert [one["name"] for one in rig.writing.of("named")] == ["Ada", "Countess"]
     assert rig.writing.lasting["named", 2].model_dump()["name"] == "Countess"
     assert "with names" in str(rig.keeper.status().why)
 
 
-def test_who_has_left_is_named_no_more() -> None:
+def test_viewers_who_have_left_are_named_no_more() -> None:
     """Otherwise each part would begin with the names of everybody who ever came."""
     rig = Rig(names=True)
     rig.viewers += [viewer(2, "Ada"), viewer(3, "Eve")]
-    rig.keeper.look()
+    rig.keeper.poll()
     del rig.viewers[0]
-    rig.keeper.look()
+    rig.keeper.poll()
     assert list(rig.writing.lasting) == [("named", 3)]
 
 
-def test_what_is_no_number_is_unknown(rig: Rig) -> None:
-    """A robot may report NaN; a tape with it could be read by nobody."""
+def test_a_value_that_is_no_number_is_unknown(rig: Rig) -> None:
+    """A robot may report NaN, with which nobody could read the tape."""
     nan = float("nan")
     rig.robot = RobotState(
         connected=True, pose=Pose(nan, 1.0, float("inf")), battery_v=nan, battery_fraction=nan
@@ -234,7 +234,7 @@ def test_what_is_no_number_is_unknown(rig: Rig) -> None:
 
 
 def test_stops_are_written_when_pressed_and_released(rig: Rig) -> None:
-    """Also where one follows another at once."""
+    """Each is written even if one follows another at once."""
     for stop in (
         None,
         LatchedStop(1, says("Ada"), 2),
@@ -248,7 +248,7 @@ def test_stops_are_written_when_pressed_and_released(rig: Rig) -> None:
 
 
 def test_turns_are_written(rig: Rig) -> None:
-    """Who drives, until why; a turn that goes on is no news."""
+    """The tape has who drives, and why it ended; a renewed turn is not written."""
     rig.keeper.turn_events((TurnStarted(3, 7, 160.0), TurnRenewed(3, 7, 220.0)))
     rig.keeper.turn_events((TurnEnded(3, 7, Why.EXPIRED),))
     assert [(one["operator"], one["why"]) for one in rig.writing.of("turned")] == [
@@ -258,7 +258,7 @@ def test_turns_are_written(rig: Rig) -> None:
 
 
 def test_a_fault_keeps_the_last_two_minutes(rig: Rig) -> None:
-    """A robot that drove and is held by no one's wish; a pressed Stop or a finger is no fault."""
+    """A stop that nobody wanted is a fault; a pressed Stop or a released button is none."""
     rig.keeper.drive_status(7, True, None, 1.0)
     rig.keeper.drive_status(7, False, NOT_HELD, 1.0)
     assert rig.writing.kept == []
@@ -273,8 +273,8 @@ def test_a_fault_keeps_the_last_two_minutes(rig: Rig) -> None:
     assert rig.writing.of("faulted") == [{"type": "faulted", "operator": 7, "why": "too_old"}]
 
 
-def test_keeping_again_and_again_costs_nothing(rig: Rig) -> None:
-    """Who presses all the time has the folder read once in five seconds."""
+def test_keeping_often_reads_the_folder_rarely(rig: Rig) -> None:
+    """However often somebody presses, the folder is read once in five seconds."""
     for _ in range(20):
         assert rig.keeper.keep("operator") == Sentence("tape.kept")
     assert rig.keeper.keep("host")
@@ -282,8 +282,8 @@ def test_keeping_again_and_again_costs_nothing(rig: Rig) -> None:
     assert [one["by"] for one in rig.heard.take()] == ["operator", "host"]
 
 
-def test_everybody_is_told_that_it_runs_and_why(rig: Rig) -> None:
-    """What is recorded and for how long; or why it is not."""
+def test_everybody_is_told_whether_it_runs(rig: Rig) -> None:
+    """They read what is recorded and for how long, or why it is not."""
     told = rig.keeper.status()
     assert told.running
     assert "without names" in str(told.why)
@@ -294,11 +294,11 @@ def test_everybody_is_told_that_it_runs_and_why(rig: Rig) -> None:
     assert "Nothing is recorded" in str(rig.keeper.keep("host"))
 
 
-def test_how_the_viewers_have_it_is_written(rig: Rig) -> None:
-    """Ages as their page reported them, and what was decided for them and why."""
+def test_how_viewers_are_served_is_written(rig: Rig) -> None:
+    """The tape has the ages that their pages reported, and what was sent to them and why."""
     rig.viewers.append(viewer(2, "Ada"))
     rig.keeper.turn_events((TurnStarted(3, 2, 160.0),))
-    rig.keeper.look()
+    rig.keeper.poll()
     (watched,) = rig.writing.of("watched")
     assert (watched["picture_ms"], watched["sound_ms"], watched["round_trip_ms"]) == (90, 120, 40)
     assert (watched["drives"], watched["rendition"], watched["why"]) == (
@@ -309,7 +309,7 @@ def test_how_the_viewers_have_it_is_written(rig: Rig) -> None:
 
 
 def test_where_the_robot_is_is_written_ten_times_a_second(rig: Rig) -> None:
-    """A pose changes with each beat of the control loop, which nobody needs to know."""
+    """The pose changes in each tick of the control loop, more often than anybody needs."""
     for number in range(50):
         rig.robot = RobotState(connected=True, pose=Pose(number / 100, 0.0, 0.0))
         rig.steer(Setpoint())
@@ -317,7 +317,7 @@ def test_where_the_robot_is_is_written_ten_times_a_second(rig: Rig) -> None:
 
 
 def test_an_error_stays_here(rig: Rig) -> None:
-    """The control loop never hears of it, and the log says it once."""
+    """The control loop never sees the error, and the log has it once."""
     rig.keeper._latched = lambda: 1 / 0  # type: ignore[assignment,return-value]  # a bug
     with structlog.testing.capture_logs() as logs:
         for _ in range(3):

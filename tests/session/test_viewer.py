@@ -76,10 +76,10 @@ class FakeRoom:
     def send(self, channel: str, text: str) -> None:
         self.sent.append((channel, json.loads(text)))
 
-    def media_time(self, kind: str, rtp: int) -> int:  # as a peer has it
+    def media_time(self, kind: str, rtp: int) -> int:  # as a real peer does
         return rtp - 1000
 
-    def hold_back(self, least_ms: float) -> bool:  # its browser takes none
+    def hold_back(self, least_ms: float) -> bool:  # its browser cannot
         return False
 
 
@@ -184,7 +184,7 @@ def test_a_command_becomes_a_value() -> None:
     ],
 )
 def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
-    """What is no command moves nothing, is counted, and raises nothing."""
+    """A malformed command moves nothing, is counted, and raises nothing."""
     connected = _scene()
     before = list(connected.room.calls)
     connected.viewer.received("drive", text)
@@ -193,7 +193,7 @@ def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
 
 
 def test_a_page_from_before_an_update_is_told_to_reload() -> None:
-    """Its commands have a column less; it hears of that once a connection, not once a command."""
+    """Its commands lack a column; it is told once per connection, not once per command."""
     connected = _scene()
     older = json.dumps(json.loads(_drive())[:-1])
     notice = {"type": "notice", "text": {"code": "request.not_understood"}}
@@ -240,8 +240,8 @@ def _beats(connected: Connected) -> list[str]:
     return [row[-1] for row in rows if row[0] in ("pong", "beat")]
 
 
-def test_a_command_is_as_old_as_the_beat_that_it_names() -> None:
-    """By the server's clock: what the page has heard tells when it can have been sent."""
+def test_a_command_is_as_old_as_the_beat_that_it_quotes() -> None:
+    """The server's time of the quoted beat dates a command; an unknown beat dates nothing."""
     connected = _scene()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
     connected.clock.time_s += 0.05
@@ -264,15 +264,15 @@ def test_a_command_is_as_old_as_the_beat_that_it_names() -> None:
 def test_nobody_sees_a_picture_that_was_not_sent(
     claimed_ms: float | None, sent_s: float | None, expected: float | None
 ) -> None:
-    """A page may claim one that it does not show, but none newer than it can have."""
+    """A page may claim a picture that it does not show, but none newer than was sent to it."""
     connected = _scene()
     connected.room.newest_picture_s = sent_s
     connected.viewer.received("drive", _drive(seen_server_ms=claimed_ms))
     assert connected.room.calls[-1][1].seen_s == expected
 
 
-def test_a_new_peer_has_heard_nothing() -> None:
-    """What a page heard over its connection before proves nothing over the next."""
+def test_a_new_peer_has_no_beat_yet() -> None:
+    """A beat from an earlier connection proves nothing on the next one."""
     connected = _scene()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
     connected.viewer.lanes()
@@ -281,10 +281,10 @@ def test_a_new_peer_has_heard_nothing() -> None:
 
 
 @pytest.mark.parametrize(("is_thin", "heard"), [(False, 10), (True, 5)])
-def test_who_sends_commands_hears_beats(
+def test_a_page_that_sends_commands_gets_beats(
     is_thin: bool, heard: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ten a second, over a thin link five; who sends none hears those of the pongs alone."""
+    """It gets ten a second, five over a thin link; other pages get only those in pongs."""
     connected = _scene()
     monkeypatch.setattr(LiveStreams, "is_thin", is_thin)
     assert _beats(connected) == []
@@ -294,7 +294,7 @@ def test_who_sends_commands_hears_beats(
     assert abs(len(set(_beats(connected))) - heard) <= 2
 
 
-def test_a_release_counts_as_sent_when_its_beat_was_heard() -> None:
+def test_a_release_is_dated_by_its_beat() -> None:
     """A page cannot date a release of Stop by its arrival."""
     connected = _scene()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
@@ -309,7 +309,7 @@ def test_a_release_counts_as_sent_when_its_beat_was_heard() -> None:
 
 
 def test_a_stop_passes_in_a_flood() -> None:
-    """However many messages came before, a stop is heard, with its press; nothing else."""
+    """However many messages came before, a Stop with its press counts, and nothing else."""
     connected = _scene()
     for _ in range(500):
         connected.viewer.received("state", '{"type":"name","name":"x"}')
@@ -323,15 +323,15 @@ def test_a_stop_passes_in_a_flood() -> None:
 
 
 def test_a_release_names_its_stop() -> None:
-    """The room learns which stop is meant."""
+    """The room learns which Stop is meant."""
     connected = _scene()
     release = {"type": "release", "stop": 3, "sent_server_ms": 99_990.0, "beat": None}
     connected.viewer.received("state", json.dumps(release))
     assert connected.room.calls[-1] == ("release", 3)
 
 
-def test_a_picture_switched_off_is_known() -> None:
-    """Whether a viewer wants the picture is what they last asked for."""
+def test_a_picture_that_is_switched_off_is_known() -> None:
+    """A viewer's last request decides whether they want the picture."""
     connected = _scene()
     assert connected.viewer.wants_picture
     size = VideoSettings().renditions[0].size
@@ -341,14 +341,14 @@ def test_a_picture_switched_off_is_known() -> None:
 
 @pytest.mark.parametrize("request_type", ["join", "leave"])
 def test_requests_reach_the_room(request_type: str) -> None:
-    """Join and leave are told to the room with the viewer's number."""
+    """Join and leave reach the room with their viewer."""
     connected = _scene()
     connected.viewer.received("state", json.dumps({"type": request_type}))
     assert connected.room.calls[-1] == (request_type, 7)
 
 
-def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
-    """A small picture plays on load; nothing else is sent before it is wanted."""
+def test_the_picture_plays_unasked_and_the_sound_on_request() -> None:
+    """A small picture plays on load; nothing else is sent before it is requested."""
     connected = _scene()
     assert connected.video.wanted == [SMALLEST]
     assert connected.audio.wanted == []
@@ -362,7 +362,7 @@ def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
 
 
 def test_an_unknown_size_is_refused_with_a_sentence() -> None:
-    """A size that does not exist changes nothing and says which do."""
+    """A size that does not exist changes nothing; the answer lists those that do."""
     connected = _scene()
     want = _want("9x9") | {"sound": False}
     connected.viewer.received("state", json.dumps(want))
@@ -373,7 +373,7 @@ def test_an_unknown_size_is_refused_with_a_sentence() -> None:
     assert "640x480" in notice["text"]["values"]["sizes"]
 
 
-def test_leaving_ends_what_nobody_else_wants() -> None:
+def test_leaving_ends_encoding_that_nobody_else_wants() -> None:
     """When the last viewer's peer is gone nothing is encoded."""
     connected = _scene()
     want = _want("640x480")
@@ -384,7 +384,7 @@ def test_leaving_ends_what_nobody_else_wants() -> None:
 
 
 def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    """First the room hears of it, which stops the robot; and the delay is measured anew."""
+    """The room is told first, which stops the robot; and the delay is measured anew."""
     connected = _scene()
     connected.viewer.link.pinged(1, None, None, 100.0)
     connected.viewer.link.pinged(2, 1, 0.0, 100.1)
@@ -401,7 +401,7 @@ def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.Mon
 
 
 def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An acknowledgement is told by the media time of the unit's last packet."""
+    """An acknowledgement is passed on with the media time of the unit's last packet."""
     connected = _scene()
     got: list[tuple[str, int]] = []
     monkeypatch.setattr(connected.viewer.streams, "received", lambda *what: got.append(what))
@@ -429,8 +429,8 @@ def test_the_policy_follows_reports_and_role() -> None:
     assert connected.viewer.streams.status()["sound_mu_ms"] == 60
 
 
-def test_the_viewers_own_choice_of_policy_is_taken() -> None:
-    """A page may ask for a policy, and leave it to the role again."""
+def test_the_viewers_own_choice_of_policy_is_applied() -> None:
+    """A page may choose a policy, and leave the choice to the role again."""
     connected = _scene()
     for asked, policy in (("video-first", "video-first"), (None, "audio-master")):
         want = _want("640x480") | {"policy": asked}
@@ -440,10 +440,10 @@ def test_the_viewers_own_choice_of_policy_is_taken() -> None:
 
 
 @pytest.mark.parametrize(("is_thin", "least", "most"), [(False, 3, 5), (True, 1, 2)])
-def test_what_becomes_of_commands_is_told_a_few_times_a_second(
+def test_the_status_of_commands_is_sent_a_few_times_a_second(
     is_thin: bool, least: int, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Reasons that change with each command are told three times a second, the last one surely.
+    """Reasons that change with each command are sent three times a second, and always the last.
 
     Over a thin link it is once a second.
     """
@@ -455,15 +455,15 @@ def test_what_becomes_of_commands_is_told_a_few_times_a_second(
         connected.viewer.drive_status = messages.DriveStatus(
             moving=not tick % 2, reason=reason, share=1.0
         )
-        connected.viewer.tell_drive_status(connected.clock.now_s())
-    connected.viewer.tell_drive_status(connected.clock.now_s() + 1)
+        connected.viewer.send_drive_status(connected.clock.now_s())
+    connected.viewer.send_drive_status(connected.clock.now_s() + 1)
     told = [m for _, m in connected.room.sent if m["type"] == "drive_status"]
     assert least <= len(told) <= most
     assert told[-1]["reason"] == Refusal.TOO_OLD.value.wire()
 
 
-def test_a_camera_that_is_not_there_cannot_be_looked_at() -> None:
-    """The page is told; what is there is looked at, however often another is asked for."""
+def test_a_missing_camera_cannot_be_chosen() -> None:
+    """The page reads that it is missing; an existing one is chosen, however often others are."""
     connected = _scene()
     looked: list[dict[str, Any]] = []
     with pytest.MonkeyPatch.context() as patch:

@@ -1,4 +1,4 @@
-"""What one page may ask for, and how often: the others pay for it."""
+"""What one page may request, and how often, since the others pay for it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def test_keyframes_are_forced_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A browser that asks a hundred times a second gets one in two seconds, and a few at first."""
+    """A browser that asks a hundred times a second gets a few at first, then one in two seconds."""
     connected = _scene()
     asked: list[float] = []
     monkeypatch.setattr(
@@ -31,8 +31,8 @@ def test_keyframes_are_forced_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch)
     assert len(asked) + refused == 6000
 
 
-def test_commands_are_taken_at_a_bounded_rate() -> None:
-    """Sixty a second, of at most 256 bytes; what a page sends is never too much."""
+def test_commands_are_accepted_at_a_bounded_rate() -> None:
+    """Sixty a second, of at most 256 bytes each, are accepted, which our page never exceeds."""
     connected = _scene()
     for seq in range(1000):
         connected.clock.time_s += 0.02
@@ -49,8 +49,8 @@ def test_commands_are_taken_at_a_bounded_rate() -> None:
     assert len(long.replace(" ", "")) <= MAX_DRIVE_BYTES
 
 
-def test_wishes_are_granted_at_a_bounded_rate() -> None:
-    """Whoever switches sizes without end gets a few changes, and the last one in any case."""
+def test_requests_run_at_a_bounded_rate() -> None:
+    """A page that switches sizes without end gets a few changes, and always the last one."""
     connected = _scene()
     changes = 0
     asked = "160x120"
@@ -63,13 +63,13 @@ def test_wishes_are_granted_at_a_bounded_rate() -> None:
     assert changes <= 8 + 60
     connected.viewer.received("state", json.dumps(_want("160x120") | {"picture": False}))
     connected.clock.time_s += 1.1
-    connected.viewer.settle(connected.clock.now_s())
+    connected.viewer.run_deferred(connected.clock.now_s())
     assert connected.video.wanted == []
     assert not connected.viewer.wants_picture
 
 
-def test_streams_begin_anew_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever swaps two addresses without end: once a second, with keyframes of their budget."""
+def test_streams_restart_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page that swaps two addresses without end gets one restart a second, within its budget."""
     connected = _scene()
     calls: list[str] = []
     streams = connected.viewer.streams
@@ -78,13 +78,13 @@ def test_streams_begin_anew_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -
     for _ in range(6000):
         connected.clock.time_s += 0.01
         connected.viewer.moved()
-        connected.viewer.settle(connected.clock.now_s())
+        connected.viewer.run_deferred(connected.clock.now_s())
     assert 60 <= calls.count("anew") <= 2 + 60
     assert 30 <= calls.count("keyframe") <= 8 + 30
     calls.clear()
     connected.clock.time_s += 1.1
-    connected.viewer.settle(connected.clock.now_s())
+    connected.viewer.run_deferred(connected.clock.now_s())
     assert calls.count("anew") == 1, "the last one is never lost"
     connected.clock.time_s += 1.1
-    connected.viewer.settle(connected.clock.now_s())
+    connected.viewer.run_deferred(connected.clock.now_s())
     assert calls.count("anew") == 1

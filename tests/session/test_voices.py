@@ -21,7 +21,7 @@ GONE = Sentence("speaker.gone", {"speaker": Sentence("speaker.default")})
 
 
 class Played:
-    """An output that notes what it is to play."""
+    """An output that records what it is given to play."""
 
     def __init__(self) -> None:
         self.problem: Sentence | None = None
@@ -40,7 +40,7 @@ class Played:
 
 
 class Scene:
-    """A room in which people speak."""
+    """A room where people speak."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
@@ -60,19 +60,19 @@ class Scene:
         return viewer
 
     def speak(self, number: int, seconds: float = 0.2) -> int:
-        """Let somebody speak; return how many of their packets are played."""
+        """Have somebody speak; return how many of their packets are played."""
         before = len(self.output.packets)
         for step in range(round(seconds * 50)):
             self.rig.clock.time_s += 0.02
             packet = VoicePacket(7, step * 960, 960, b"x")
-            self.voices.heard(self.viewer(number), packet)
-            self.voices.settle(self.rig.clock.time_s)
+            self.voices.receive(self.viewer(number), packet)
+            self.voices.send_changes(self.rig.clock.time_s)
         return len(self.output.packets) - before
 
     def wait(self, seconds: float) -> None:
         for _ in range(round(seconds * 20)):
             self.rig.clock.time_s += 0.05
-            self.voices.settle(self.rig.clock.time_s)
+            self.voices.send_changes(self.rig.clock.time_s)
 
 
 @pytest.fixture
@@ -100,10 +100,10 @@ def drives(scene: Scene, bob: FakePeer, host: FakePeer) -> None:
     assert scene.rig.room.snapshot(scene.rig.clock.time_s).turn.operator == 2
 
 
-async def test_the_operator_is_heard_and_told_so(
+async def test_the_operator_is_heard_and_informed(
     scene: Scene, bob: FakePeer, host: FakePeer
 ) -> None:
-    """Everybody sees who speaks; after the last word both end."""
+    """Everybody sees who speaks, until a moment after the last word."""
     drives(scene, bob, host)
     assert scene.speak(2) == 10
     assert told(bob) == [(True, None)]
@@ -115,7 +115,7 @@ async def test_the_operator_is_heard_and_told_so(
 
 
 async def test_an_observer_is_never_heard(scene: Scene, bob: FakePeer) -> None:
-    """One sentence, however long they go on; nothing of it is played."""
+    """An observer reads one sentence, however long they go on, and nothing is played."""
     assert scene.speak(2, 3) == 0
     [(heard, reason)] = told(bob)
     assert not heard
@@ -130,7 +130,7 @@ async def test_the_host_may_speak_without_driving(scene: Scene, host: FakePeer) 
 
 
 async def test_the_end_of_a_turn_mutes_at_once(scene: Scene, bob: FakePeer, host: FakePeer) -> None:
-    """What waited is dropped with the turn, and the next packet is nobody's."""
+    """Queued sound is dropped with the turn, and the next packet is refused."""
     drives(scene, bob, host)
     scene.speak(2)
     host.says(type="end_turn", turn=1)
@@ -141,12 +141,12 @@ async def test_the_end_of_a_turn_mutes_at_once(scene: Scene, bob: FakePeer, host
 
 
 async def test_the_end_of_a_turn_needs_no_call(scene: Scene, bob: FakePeer, host: FakePeer) -> None:
-    """The next packet alone would silence them, too."""
+    """Without the call, the next packet silences them, too."""
     drives(scene, bob, host)
     scene.speak(2)
     host.says(type="end_turn", turn=1)
     scene.rig.wait(0.1, bob, host)
-    scene.voices.heard(scene.viewer(2), VoicePacket(7, 0, 960, b"x"))
+    scene.voices.receive(scene.viewer(2), VoicePacket(7, 0, 960, b"x"))
     assert scene.output.hushed == 1
 
 
@@ -154,7 +154,7 @@ async def test_the_end_of_a_turn_needs_no_call(scene: Scene, bob: FakePeer, host
 async def test_the_host_mutes_everybody(
     scene: Scene, bob: FakePeer, host: FakePeer, act: str
 ) -> None:
-    """Within 300 ms, themselves included, until they say otherwise."""
+    """Everybody is silent within 300 ms, the host too, until the host unmutes them."""
     drives(scene, bob, host)
     scene.speak(2)
     key = "muted" if act == "mute_voices" else "blanked"
@@ -172,7 +172,7 @@ async def test_the_host_mutes_everybody(
 async def test_a_second_speaker_waits_for_the_first(
     scene: Scene, bob: FakePeer, host: FakePeer
 ) -> None:
-    """They read whose turn to speak it is, and are heard once that one has finished."""
+    """The second reads who is speaking, and is heard once the first has finished."""
     drives(scene, bob, host)
     for _ in range(30):
         assert scene.speak(2, 0.02) == 1
@@ -187,7 +187,7 @@ async def test_a_second_speaker_waits_for_the_first(
 async def test_silence_does_not_keep_others_from_speaking(
     scene: Scene, bob: FakePeer, host: FakePeer
 ) -> None:
-    """Who has left their microphone open, and says nothing, is not "heard"."""
+    """A viewer who leaves the microphone open but says nothing is not "heard"."""
     drives(scene, bob, host)
     scene.output.is_silent = True
     scene.speak(2, 1)
@@ -195,10 +195,10 @@ async def test_silence_does_not_keep_others_from_speaking(
     assert scene.speak(1, 0.1) == 5
 
 
-async def test_a_speaker_that_does_not_play_is_said(
+async def test_a_speaker_that_does_not_play_is_reported(
     scene: Scene, bob: FakePeer, host: FakePeer
 ) -> None:
-    """To who speaks, as far as a guest may know it, and in the room's state to everybody."""
+    """The speaking viewer reads why, without details, and everybody in the room's state."""
     drives(scene, bob, host)
     scene.output.problem = GONE
     assert scene.speak(2) == 0
@@ -207,10 +207,10 @@ async def test_a_speaker_that_does_not_play_is_said(
 
 
 async def test_a_flood_is_bounded(scene: Scene, host: FakePeer) -> None:
-    """More packets than a voice has are counted and dropped, before anything is asked."""
+    """More packets than a voice needs are counted and dropped, before any decision."""
     for number in range(1000):
-        scene.voices.heard(scene.viewer(1), VoicePacket(7, number * 960, 960, b"x"))
-        scene.voices.heard(scene.viewer(1), None)
+        scene.voices.receive(scene.viewer(1), VoicePacket(7, number * 960, 960, b"x"))
+        scene.voices.receive(scene.viewer(1), None)
     assert len(scene.output.packets) == 60
     counters = scene.rig.counters.snapshot()
     assert counters["voice packets over the rate"] == 940

@@ -106,7 +106,7 @@ class FakeRoom:
     def rooms(self) -> FakeRoom:
         return self
 
-    def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> Told:
+    def seat_instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> Told:
         return self.seat(visitor, tab)
 
     def seat(self, visitor: Visitor, tab: str) -> Told:

@@ -1,12 +1,12 @@
-"""Whose offer is answered: how many may connect at once, and how many may stay. Pure.
+"""Which offers are answered: how many may connect at once, and how many may stay. Pure.
 
-To answer an offer costs time and memory before anything is known of who sent it. Whoever was
-answered holds a silent place until they have connected, or for ten seconds, whatever becomes of
-them. Where all silent places are held, those held for longest make room, of the same address where
-that has all of its own: so one address costs no more than two answers in three seconds, and an
-honest newcomer gets in by then. An address that has left an answered offer alone comes after all
-others for a minute, and has a quarter of the silent places and answers with its like. The host
-always gets in, and whoever drives comes back ahead of all.
+Answering an offer costs time and memory before anything is known about its sender. Each answer
+takes a silent place, until its viewer connects or for ten seconds, whatever becomes of the viewer.
+When all silent places are taken, a newcomer takes over the oldest one; when those of their address
+are, the oldest of that address. So one address costs no more than two answers in three seconds, and
+an honest newcomer gets in by then. An address that abandoned an answered offer ranks behind all
+others for a minute; such addresses share a quarter of the silent places and of the answers. The
+host always gets in, and a returning operator comes first.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ SILENT_S: Final = 10.0
 """How long an answered offer counts as connecting."""
 MOST_SILENT: Final = 32
 YIELDS_S: Final = 3.0
-"""A silent place that is held for longer makes room; who is so slow comes again by themselves."""
+"""After this, a newcomer may take over the silent place; a page this slow retries by itself."""
 _BEHIND: Final = 4
-"""Addresses that have left offers alone get one silent place, and one answer, in so many."""
+"""Addresses that abandoned offers share one silent place, and one answer, in this many."""
 _YIELDS_SOON_S: Final = 1.0
-"""The same for one of theirs, for somebody of another address."""
+"""`YIELDS_S` for the place of such an address, if the newcomer's is not one of them."""
 _ANSWERS_HZ: Final = 8.0
 _ANSWERS_BURST: Final = 8
 """For newcomers: each answer takes five to ten milliseconds, over many passes of the event loop."""
 _RETURNS_HZ: Final = 10.0
 _LEAST_PER_ADDRESS: Final = 4
-"""In a small house, a family is not kept apart."""
+"""A family at one address gets in even where there are few places."""
 _EMBEDS: Final = 4
-"""All frames on other sites together get one place, and one answer, in so many: a site that many
-visit neither fills the robot nor keeps others from its door. One of them leaves for a guest."""
+"""All embeds (frames on other sites) share one place, and one answer, in this many: a popular site
+neither fills the robot nor keeps others out. An embed leaves when a guest needs its place."""
 _EMBED_AGAIN_S: Final = 60
 EMBEDS_FULL: Final = Sentence("door.embeds_full")
 _MOST_HOSTS: Final = 8
-"""So many pages of the host have a place beyond everybody's; further ones count as guests."""
+"""This many pages of the host have places beyond everybody's; further ones count as guests."""
 
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """Who sends an offer: by address, empty if unknown, and what is known of them."""
+    """The sender of an offer; `address` is empty if unknown."""
 
     address: str
     is_host: bool = False
@@ -83,9 +83,9 @@ class Capacity:
         self._silent: deque[_Silent] = deque()
 
     def check(self, asking: Asking, now_s: float, embeds: int = 0) -> None:
-        """Raise `TooOftenError` if this address has all its silent places, and just so; cheap.
+        """Raise `TooOftenError` if this address holds all its silent places, all of them recent.
 
-        Raise `NoPlaceError` for an embed where the `embeds` present have all their places.
+        Raise `NoPlaceError` for an embed if the `embeds` present hold all their places. Cheap.
         """
         if asking.is_host or asking.has_been_here:
             return
@@ -109,7 +109,7 @@ class Capacity:
         """Admit the viewer with this number; raises `FullError` or `TooOftenError`.
 
         `present` are those who hold a place in the room; `yield_place` ends the viewer's peer if a
-        newcomer gets their silent place. Return whether an embed has to leave for them.
+        newcomer takes their silent place. Return whether an embed has to leave.
         """
         if asking.has_been_here:
             if not (asking.is_host or asking.drives) and not self._returns.take(now_s):
@@ -131,7 +131,7 @@ class Capacity:
         """Free the silent places of a viewer who has connected."""
         for one in self._silent:
             if one.number == number:
-                self._unfollowed.came(one.address)
+                self._unfollowed.clear(one.address)
         self._silent = deque(one for one in self._silent if one.number != number)
 
     def _room_for(self, asking: Asking, present: list[Asking]) -> bool:
@@ -156,9 +156,9 @@ class Capacity:
         self._expire(now_s)
         own = self._longest_of(address)
         if own is not None:
-            self._unfollowed.left(address, now_s)
+            self._unfollowed.record(address, now_s)
         is_behind = self._is_behind(address, now_s)
-        longest = own or self._in_the_way(now_s, is_behind=is_behind)
+        longest = own or self._to_evict(now_s, is_behind=is_behind)
         yields_s = YIELDS_S
         if longest is not None and not is_behind and self._is_behind(longest.address, now_s):
             yields_s = _YIELDS_SOON_S
@@ -168,11 +168,11 @@ class Capacity:
             raise FullError(Sentence("door.crowded"))
         if longest is not None:
             self._silent.remove(longest)
-            self._unfollowed.left(longest.address, now_s)
+            self._unfollowed.record(longest.address, now_s)
             longest.yield_place()
 
-    def _in_the_way(self, now_s: float, *, is_behind: bool) -> _Silent | None:
-        """Return whose silent place a newcomer needs, None if there is a free one."""
+    def _to_evict(self, now_s: float, *, is_behind: bool) -> _Silent | None:
+        """Return the silent place that a newcomer must take over, None if one is free."""
         behind = [one for one in self._silent if self._is_behind(one.address, now_s)]
         if is_behind and len(behind) >= self._most_silent // _BEHIND:
             return behind[0]
@@ -181,16 +181,16 @@ class Capacity:
         return behind[0] if behind else self._silent[0]
 
     def _is_behind(self, address: str, now_s: float) -> bool:
-        return bool(address) and self._unfollowed.has_left(address, now_s)
+        return bool(address) and self._unfollowed.has_recent(address, now_s)
 
     def _longest_of(self, address: str) -> _Silent | None:
-        """Return the longest silent of an address that has all its silent places."""
+        """Return the oldest silent place of an address that has all of its own."""
         own = [one for one in self._silent if address and one.address == address]
         return own[0] if len(own) >= self._most_silent_per_address else None
 
     def _expire(self, now_s: float) -> None:
         while self._silent and now_s - self._silent[0].since_s >= SILENT_S:
-            self._unfollowed.left(self._silent.popleft().address, now_s)
+            self._unfollowed.record(self._silent.popleft().address, now_s)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

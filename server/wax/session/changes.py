@@ -1,4 +1,4 @@
-"""What has changed between two looks of `app.py`, as events; when a fault begins and ends. Pure."""
+"""Events for what has changed between two polls by `app.py`; debounces faults. Pure."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from wax.sentence import Sentence
 
 BEGAN_S: Final = 3.0
-"""What fails for less is not worth a message."""
+"""A shorter fault is not worth a message."""
 MENDED_S: Final = 10.0
 """A loose plug is one fault, not one a second."""
 LOW: Final = 0.15
 CHARGED: Final = 0.2
 
 Fault = tuple[Part | Literal["room", "tunnel"], str | None]
-"""What has failed, and its name where there are several."""
+"""The failed part, and its name where there are several."""
 
 _ROBOT: Final[Fault] = ("robot", None)
 _BATTERY: Final[Fault] = ("battery", None)
@@ -40,7 +40,7 @@ _TOLD_BY_ROBOT: Final = ("battery", "gauge")
 
 @dataclass(frozen=True, slots=True)
 class StateSeen:
-    """What there is to see at one look; `faults` has a short reason for each."""
+    """The state at one poll; `faults` has a short reason for each."""
 
     is_open: bool
     waiting: int
@@ -55,7 +55,7 @@ def faults(
     lost_rooms: Iterable[int],
     tunnel: Sentence | None = None,
 ) -> dict[Fault, str]:
-    """Return what fails: what of `problems` there is, the robot, its gauges, rooms, tunnel."""
+    """Return the faults: `problems` that are not None, the robot, its gauges, rooms, tunnel."""
     found = {fault: _code(problem) for fault, problem in problems.items() if problem is not None}
     found |= {("room", str(number)): "lost" for number in lost_rooms}
     if tunnel is not None:
@@ -76,14 +76,14 @@ class _Followed:
 
 
 class Changes:
-    """Remembers the look before; the first tells whether the robot is open."""
+    """Remembers the previous poll; the first one says whether visitors are let in."""
 
     def __init__(self) -> None:
         self._is_open: bool | None = None
         self._waits = False
         self._followed: dict[Fault, _Followed] = {}
 
-    def look(self, seen: StateSeen, now_s: float) -> Iterator[Event]:
+    def compare(self, seen: StateSeen, now_s: float) -> Iterator[Event]:
         """Yield what has changed."""
         if seen.is_open != self._is_open:
             self._is_open = seen.is_open
@@ -95,7 +95,7 @@ class Changes:
         if self._is_low(seen.battery_fraction):
             ill[_BATTERY] = "low"
         for fault in {**self._followed, **ill}:
-            # Who is away says nothing of its battery, so nothing of it has mended.
+            # A robot that is not connected reports no battery, which does not mend it.
             if _ROBOT not in ill or fault[0] not in _TOLD_BY_ROBOT:
                 yield from self._follow(fault, ill.get(fault), now_s)
 
@@ -128,6 +128,6 @@ def _event(fault: Fault, why: str, *, began: bool) -> Event:
 
 
 def _code(problem: Sentence) -> str:
-    """Return the code of a sentence, or of the one that it only puts a name before."""
+    """Return the code of a sentence, or of the one that it only prefixes with a name."""
     inner = problem.values.get("problem")
     return problem.code if inner is None or isinstance(inner, str | int | float) else inner.code

@@ -1,8 +1,8 @@
-"""What guests read of a fault: what it means for them. The particulars are the host's. Pure.
+"""What guests read of a fault: what it means for them. Only the host reads the details. Pure.
 
 A fault's sentence names ports, files, addresses, and what to change in the configuration; a
-plug-in's says whatever it likes. A guest can do nothing with that and need not know it, so they
-read only what is here said to be for everybody, and in place of the rest one plain sentence.
+plug-in's may say anything. A guest can do nothing with that and need not know it, so guests read
+only the sentences that are listed here, and one plain sentence in place of any other.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _Message = TypeVar("_Message", bound="BaseModel")
 
 _AREAS: Final = frozenset({"aboard", "control", "drive", "gauge", "hold", "limit", "stop", "voice"})
-"""What the rules of driving say is for everybody."""
+"""Sentences about the rules of driving are for everybody."""
 
 _CODES: Final = frozenset(
     {
@@ -30,7 +30,7 @@ _CODES: Final = frozenset(
 )
 
 _AROUND: Final = frozenset({"camera.named", "tape.stands", "tape.kept_but"})
-"""Sentences that are for everybody around one that may not be."""
+"""Sentences for everybody that quote another, which may not be."""
 
 _ROBOT: Final = Sentence("robot.trouble")
 _UNDATED: Final = Sentence("drive.undated")
@@ -41,12 +41,12 @@ _TAPE: Final = Sentence("tape.trouble")
 
 
 def for_guests(message: _Message) -> _Message:
-    """Return the message without the particulars of what fails."""
+    """Return the message without the details of faults."""
     return message.model_copy(update=_hiding(message))
 
 
 def _hiding(message: BaseModel) -> dict[str, Any]:
-    """Return what is to be told otherwise."""
+    """Return the fields to replace."""
     match message:
         case RoomState() | RoomChange():
             return _parts(message)
@@ -60,7 +60,7 @@ def _hiding(message: BaseModel) -> dict[str, Any]:
 
 
 def _parts(room: RoomState | RoomChange) -> dict[str, Any]:
-    """Return the parts that tell of faults; of a change only those that it has."""
+    """Return the parts that may have faults, without details; of a change those that it has."""
     told = room.model_fields_set
     parts: dict[str, Any] = {
         name: _part(getattr(room, name), instead)
@@ -78,7 +78,7 @@ def _parts(room: RoomState | RoomChange) -> dict[str, Any]:
 
 
 def _part(part: Any, instead: Sentence) -> Any:
-    """Return a part of the room that may be none and may have a problem."""
+    """Return a part of the room with `instead` in place of its problem's details."""
     if part is None:
         return part
     told: dict[str, Any] = {}

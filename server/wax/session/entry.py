@@ -33,17 +33,17 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _MOST_EXPECTED: Final = 100
-"""Who wait in the queue and watch in a room."""
+"""People who wait in the queue here while they watch in a LiveKit room."""
 _MACHINE_FULL: Final = Sentence("door.machine_full")
 _FIRST_DOZEN: Final = 12
-"""Who come in however busy the machine is: it may be with something else."""
+"""This many are let in however busy the machine is: it may be busy with something else."""
 
 
 class Entry:
-    """Makes viewers and their peers; `drop_peer` drops the one that a viewer had before.
+    """Makes viewers and their peers; `drop_peer` drops a viewer's previous peer.
 
     `send_away` tells a viewer why they may not stay, and forgets them.
-    `is_due` says whether somebody who waits in a room gets a place now, whoever has the others;
+    `is_due` says whether somebody who waits in a room gets a place now, even if all are taken;
     `has_time` whether the machine can serve one more beside so many.
     """
 
@@ -99,19 +99,19 @@ class Entry:
         viewer = self._viewers.of_tab(visitor.identity, tab)
         embeds = sum(one.visitor.is_embed and one is not viewer for one in self._viewers)
         self._capacity.check(self._asking(visitor, viewer), self._clock.now_s(), embeds)
-        await asyncio.sleep(0)  # what came has just been parsed in this pass
+        await asyncio.sleep(0)  # this pass of the event loop has parsed the request
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer, visitor.address, self._service.codecs.names)
         if (lacks := lacking(offer, self._service.codecs)) is not None:
-            self._lacks(lacks)
+            self._report_lacking(lacks)
             raise SignallingError(lacks)
         key = f"{visitor.identity} {tab}"
         async with self._answering.setdefault(key, asyncio.Lock()):
-            await asyncio.sleep(0)  # each step waits until the event loop has time for it
+            await asyncio.sleep(0)  # each step in a pass of its own
             return await self._answer(visitor, tab, offer)
 
-    def _lacks(self, sentence: Sentence) -> None:
-        """Tell the host, once for each codec, that some browsers cannot take it."""
+    def _report_lacking(self, sentence: Sentence) -> None:
+        """Warn once per codec that a browser lacks it."""
         if sentence.code in self._lacking:
             return
         self._lacking.add(sentence.code)
@@ -131,7 +131,7 @@ class Entry:
             number = self._viewers.take_number() if viewer is None else number
         if viewer is None:
             viewer = self._enter(visitor, grant, tab, number)
-        viewer.be(visitor, grant)
+        viewer.update_access(visitor, grant)
         lanes = viewer.lanes()
         peer = Peer(
             network=self._network,
@@ -154,10 +154,10 @@ class Entry:
 
     def _voice_of(self, viewer: Viewer) -> Callable[[VoicePacket | None], None] | None:
         voices = self._voices
-        return None if voices is None else lambda packet: voices.heard(viewer, packet)
+        return None if voices is None else lambda packet: voices.receive(viewer, packet)
 
-    def expect(self, visitor: Visitor, tab: str) -> Viewer:
-        """Make a viewer of somebody who watches in a room; raises what `answer` does."""
+    def admit_to_queue(self, visitor: Visitor, tab: str) -> Viewer:
+        """Make a viewer of somebody who watches in a LiveKit room; raises what `answer` does."""
         grant = self._access.admit(visitor)
         others = [one.visitor for one in self._viewers]
         self._access.admission.check_tabs(visitor, others)
@@ -165,7 +165,7 @@ class Entry:
         if sum(one.is_in_room(now_s) for one in self._viewers) >= _MOST_EXPECTED:
             raise FullError(Sentence("queue.full"), retry_after_s=5)
         viewer = self._enter(visitor, grant, tab, self._viewers.take_number())
-        viewer.was_ready = True  # for them a place is kept
+        viewer.was_ready = True  # so that their place is kept
         return viewer
 
     def _admit(self, visitor: Visitor, viewer: Viewer | None) -> int:
@@ -178,7 +178,7 @@ class Entry:
         embeds = [one for one in others if one.visitor.is_embed]
         here = [one for one in others if not one.is_in_room(now_s)]
         served = sum(one.is_ready for one in others)  # others cost next to nothing
-        lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(served)
+        lacks = None if asking.is_host or asking.has_been_here else self._shortage(served)
         if lacks is not None and (asking.is_embed or not embeds):
             raise NoPlaceError(lacks, retry_after_s=3 if lacks == _MACHINE_FULL else 5)
         number = self._viewers.take_number() if viewer is None else viewer.number
@@ -193,8 +193,8 @@ class Entry:
             self._send_away(embeds[0], EMBEDS_FULL)
         return number
 
-    def _lacks_for(self, served: int) -> Sentence | None:
-        """Return what there is too little of for one newcomer more than are served."""
+    def _shortage(self, served: int) -> Sentence | None:
+        """Return what is too scarce for one more beside `served` viewers, None if nothing is."""
         if not self._service.has_room:
             return Sentence("door.upload_full")
         if served >= _FIRST_DOZEN and not self._has_time(served):
@@ -202,7 +202,7 @@ class Entry:
         return None
 
     def _abandon(self, number: int) -> None:
-        """End the peer of a viewer who has not connected yet, for somebody else."""
+        """End the peer of a viewer who has not connected yet: a newcomer gets their place."""
         for viewer in self._viewers:
             if viewer.number == number and viewer.peer is not None:
                 with viewer.boundary:

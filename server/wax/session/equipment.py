@@ -1,4 +1,4 @@
-"""What pages are told of the robot's controls and gauges. Pure."""
+"""The robot's controls and gauges as pages see them. Pure."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ def gauges(settings: Iterable[GaugeSettings]) -> list[messages.GaugeInfo]:
     ]
 
 
-def told(settings: Iterable[GaugeSettings], state: RobotState) -> dict[str, float]:
-    """Return the gauges' values, those that the robot tells; no finer than they are shown."""
+def gauge_values(settings: Iterable[GaugeSettings], state: RobotState) -> dict[str, float]:
+    """Return the values of the gauges that the robot reports, rounded as shown."""
     values = ((one, gauge_limits.value(one, state)) for one in settings)
     return {one.name: round(value, one.decimals) for one, value in values if value is not None}
 
 
 def beyond(settings: Iterable[GaugeSettings], state: RobotState) -> dict[str, Level]:
-    """Return the gauges that are beyond a limit; a robot that is not there has none."""
+    """Return the gauges beyond a limit; none while the robot is not connected."""
     if not state.connected:
         return {}
     levels = ((one, gauge_limits.level(one, gauge_limits.value(one, state))) for one in settings)

@@ -1,4 +1,4 @@
-"""Makes the events that programs of the host's are told, of what the records' keeper sees."""
+"""Makes the events for the host's programs from what `record_keeper` sees."""
 
 from __future__ import annotations
 
@@ -18,52 +18,52 @@ if TYPE_CHECKING:
 
 
 class EventMaker:
-    """Each event goes to `tell`; `seen` returns what is polled. No method raises."""
+    """Each event goes to `send`; `seen` returns the polled state. No method raises."""
 
     def __init__(
-        self, *, clock: Clock, seen: Callable[[], StateSeen], tell: Callable[[events.Event], None]
+        self, *, clock: Clock, seen: Callable[[], StateSeen], send: Callable[[events.Event], None]
     ) -> None:
         self._clock = clock
         self._seen = seen
-        self._tell_others = tell
+        self._send = send
         self._changes = Changes()
         self._driving: events.TurnBegan | None = None
         self._software = ""
         self._contained = FirstErrorLogged("events are missing")
 
-    def tell(self, event: events.Event) -> None:
-        """Tell an event, as of now."""
+    def publish(self, event: events.Event) -> None:
+        """Send an event, stamped with the current time."""
         with self._contained:
             now = datetime.fromtimestamp(self._clock.wall_ms() / 1000, UTC)
             stamped = {"timestamp": now.isoformat(timespec="milliseconds")}
-            self._tell_others(event.model_copy(update=stamped))
+            self._send(event.model_copy(update=stamped))
 
     def ready(self, software: str) -> None:
-        """Tell that the server of this version serves."""
+        """Publish that this version of the server is ready."""
         self._software = software
-        self.tell(events.ServerEvent(type="server.ready", software=software))
+        self.publish(events.ServerEvent(type="server.ready", software=software))
 
-    def look(self) -> None:
-        """Tell what has changed since the last look."""
+    def poll(self) -> None:
+        """Publish what has changed since the last poll."""
         with self._contained:
-            for event in self._changes.look(self._seen(), self._clock.now_s()):
-                self.tell(event)
+            for event in self._changes.compare(self._seen(), self._clock.now_s()):
+                self.publish(event)
 
     def close(self) -> None:
-        """Tell that the server ends, with the turn that runs."""
-        self._turn_over("server_ending")
+        """Publish the end of the running turn and of the server."""
+        self._end_turn("server_ending")
         if self._software:
-            self.tell(events.ServerEvent(type="server.ending", software=self._software))
+            self.publish(events.ServerEvent(type="server.ending", software=self._software))
 
     def turn_began(self, turn: int, viewer: int, name: str) -> None:
         self._driving = events.TurnBegan(turn=turn, viewer=viewer, name=name)
-        self.tell(self._driving)
+        self.publish(self._driving)
 
     def turn_ended(self, why: Why) -> None:
-        self._turn_over(cast("events.WhyEnded", why.name.lower()))
+        self._end_turn(cast("events.WhyEnded", why.name.lower()))
 
-    def _turn_over(self, why: events.WhyEnded) -> None:
+    def _end_turn(self, why: events.WhyEnded) -> None:
         began, self._driving = self._driving, None
         if began is not None:
             turn, viewer, name = began.turn, began.viewer, began.name
-            self.tell(events.TurnEndedEvent(turn=turn, viewer=viewer, name=name, why=why))
+            self.publish(events.TurnEndedEvent(turn=turn, viewer=viewer, name=name, why=why))

@@ -1,7 +1,7 @@
-"""Whether the event loop has time for one viewer more.
+"""Whether the event loop has time for one more viewer.
 
-By what it does for those who are here, not by how late it is: whoever makes it late, a stranger,
-a viewer who asks for much or another program, would keep everybody out.
+The measure is its processor time for those who are here, not how late it is: a stranger, a
+demanding viewer or another program could make it late, and so keep everybody out.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     from wax.clock import Clock
 
 LOOP_SHARE: Final = 0.6
-"""Of a core. What is charged to strangers and viewers (`wax.edge`) may be the rest of it."""
+"""Of one core; work charged to strangers and viewers (`wax.edge`) may use the rest."""
 CORES_SHARE: Final = 0.9
-"""Of all cores that this process may use, for a machine with few of them."""
-_LOOK_S: Final = 1.0
+"""Of all cores that this process may use; matters on a machine with few."""
+_SAMPLE_S: Final = 1.0
 _LATELY: Final = 10
-"""So many looks: a rush of newcomers, whose answers take time, is over by then."""
+"""Samples kept: a rush of newcomers, whose answers take time, is over by then."""
 
 
 @dataclass(frozen=True, slots=True)
 class Used:
-    """Seconds of processor time since the start: they only rise.
+    """Processor time since the start, in seconds; it only rises.
 
     `charged_s` is the part of `loop_s` that was charged to somebody.
     """
@@ -39,28 +39,28 @@ class Used:
 
 
 class Headroom:
-    """`cores` are those that this process may use, `charged_s` what was charged since the start."""
+    """`cores` is how many this process may use; `charged_s` returns what was charged so far."""
 
     def __init__(self, cores: float, clock: Clock, charged_s: Callable[[], float]) -> None:
         self._cores = cores
         self._clock = clock
         self._charged_s = charged_s
-        self._looks: deque[tuple[float, Used]] = deque(maxlen=_LATELY + 1)
+        self._samples: deque[tuple[float, Used]] = deque(maxlen=_LATELY + 1)
 
     async def run(self) -> None:
-        """Look until cancelled, in the event loop that is looked at."""
+        """Sample until cancelled; run it in the event loop to be measured."""
         while True:
-            self.look(Used(time.thread_time(), time.process_time(), self._charged_s()))
-            await asyncio.sleep(_LOOK_S)
+            self.sample(Used(time.thread_time(), time.process_time(), self._charged_s()))
+            await asyncio.sleep(_SAMPLE_S)
 
-    def look(self, used: Used) -> None:
-        self._looks.append((self._clock.now_s(), used))
+    def sample(self, used: Used) -> None:
+        self._samples.append((self._clock.now_s(), used))
 
     def has_time(self, served: int) -> bool:
-        """Whether one more fits beside so many, of whom each takes as much; so before two looks."""
-        if len(self._looks) < 2:
+        """Whether one more fits, if they cost the average of `served`; True before two samples."""
+        if len(self._samples) < 2:
             return True
-        (since_s, before), *_, (until_s, now) = self._looks
+        (since_s, before), *_, (until_s, now) = self._samples
         lasted_s = until_s - since_s
         charged_s = now.charged_s - before.charged_s
         loop = (now.loop_s - before.loop_s - charged_s) / lasted_s

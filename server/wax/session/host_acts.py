@@ -1,4 +1,4 @@
-"""What the host does, on their page or from their home; each act is logged and recorded."""
+"""What the host does, on a page or by home automation; each act is logged and recorded."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SIGNED_OUT: Final = Sentence("host.signed_out")
 _MAX_MESSAGE_CHARS: Final = 200
 
 
-class Door(Protocol):
+class RoomForHost(Protocol):
     """What the room does for the host."""
 
     def send_away(
@@ -44,10 +44,10 @@ class Door(Protocol):
         """Tell a viewer why they may not stay, and forget them."""
 
     def check_all(self) -> None:
-        """Send away everybody here who may not stay any more."""
+        """Soon send away everybody here who may no longer stay."""
 
     def check_rooms(self) -> None:
-        """Do the same for everybody who watches in a room, soon."""
+        """Soon do the same for everybody who watches in a LiveKit room."""
 
 
 class HostActs:
@@ -63,7 +63,7 @@ class HostActs:
         control: ControlLoop,
         viewers: Viewers,
         records: Records,
-        door: Door,
+        room: RoomForHost,
         stops: StopBudget,
         event_maker: EventMaker,
         public_url: str = "",
@@ -75,29 +75,29 @@ class HostActs:
         self._control = control
         self._viewers = viewers
         self._records = records
-        self._door = door
+        self._room = room
         self._stops = stops
         self._event_maker = event_maker
         self._public_url = public_url
 
     def handle(self, host: Viewer, act: messages.HostIn) -> None:
-        """Carry out an act, and keep it."""
+        """Carry out an act, and record it."""
         about = self._about(act)
-        if not self._at_the_door(host, act):
+        if not self._change_admission(host, act):
             self._decide(act)
         self._viewers.changed()
-        self._keep(RecordedPerson(host.visitor.identity, host.name), act, about)
+        self._record(RecordedPerson(host.visitor.identity, host.name), act, about)
 
     def handle_from_house(self, act: messages.HoldQueue | messages.Close | messages.Blank) -> None:
-        """Carry out an act of the host's home automation, and keep it."""
+        """Carry out an act of the host's home automation, and record it."""
         if isinstance(act, messages.Close):
             self._access.close(act.closed)
             self._check_all()
         else:
             self._decide(act)
-        self._keep(RecordedPerson("", str(HOUSE)), act)
+        self._record(RecordedPerson("", str(HOUSE)), act)
 
-    def _keep(self, person: RecordedPerson, act: messages.HostIn, about: str = "") -> None:
+    def _record(self, person: RecordedPerson, act: messages.HostIn, about: str = "") -> None:
         detail = act.model_dump_json(exclude={"type", "viewer"})
         _LOG.info("host's act", by=person.name, act=act.type, about=about, detail=detail)
         self._records.host_act(person, act.type, about=about, detail=detail)
@@ -124,8 +124,8 @@ class HostActs:
                 self._decisions.message = printable(act.text.strip(), _MAX_MESSAGE_CHARS)
                 self._decisions.message_ends_s = ends_s
 
-    def _at_the_door(self, host: Viewer, act: messages.HostIn) -> bool:
-        """Carry out what is about who may be here; False if the act is not."""
+    def _change_admission(self, host: Viewer, act: messages.HostIn) -> bool:
+        """Carry out an act about who may be here; return False for any other."""
         match act:
             case messages.Remove():
                 self._remove(host, act)
@@ -160,16 +160,16 @@ class HostActs:
             return
         if act.ban:
             self._access.ban(viewer.visitor)
-            self._door.check_rooms()  # their address, too
+            self._room.check_rooms()  # the ban covers their address
         kind: Literal["viewer.removed", "viewer.banned"]
         kind = "viewer.banned" if act.ban else "viewer.removed"
-        self._event_maker.tell(Removed(type=kind, viewer=viewer.number, name=viewer.name))
+        self._event_maker.publish(Removed(type=kind, viewer=viewer.number, name=viewer.name))
         for one in self._viewers.of_identity(viewer.visitor.identity):
-            self._door.send_away(one, BANNED if act.ban else REMOVED)
+            self._room.send_away(one, BANNED if act.ban else REMOVED)
 
     def _check_all(self) -> None:
-        self._door.check_all()
-        self._door.check_rooms()
+        self._room.check_all()
+        self._room.check_rooms()
 
     def _mute(self, act: messages.Mute) -> None:
         viewer = self._viewers.numbered(act.viewer)

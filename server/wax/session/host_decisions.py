@@ -1,6 +1,6 @@
-"""What the host has decided for everybody, until they decide otherwise.
+"""The host's decisions, in force until the host changes them.
 
-Message and muted people end with the server; the rest is kept (`kept_state`).
+The message and the muted people are lost with the server; the rest is kept (`kept_state`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ class HostDecisions:
     `message_ends_s`, for good where that is None.
 
     While `is_blanked`, everybody sees a card instead of the picture and hears nothing, and the
-    robot stands. The Stop of the `muted` identities, and of everybody at `muted_addresses` who does
-    not drive, is not heard, and of voices nobody's while `are_voices_muted`.
+    robot stays stopped. The Stop of the `muted` identities, and of everybody at `muted_addresses`
+    but the operator, is ignored, and so is every voice while `are_voices_muted`.
     """
 
     max_fraction: float = 1.0
@@ -32,12 +32,12 @@ class HostDecisions:
     muted_addresses: set[str] = field(default_factory=set)
 
     def message_at(self, now_s: float) -> tuple[str, float | None]:
-        """Return what everybody is shown now, empty for nothing, and when that ends."""
+        """Return the message shown now, empty for none, and when it ends."""
         if self.message_ends_s is not None and now_s >= self.message_ends_s:
             return "", None
         return self.message, self.message_ends_s
 
     @property
     def on_hold(self) -> Sentence | None:
-        """Why nobody can drive by the host's wish."""
+        """Why the host lets nobody drive; None if people may."""
         return BLANKED if self.is_blanked else None

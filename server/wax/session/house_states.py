@@ -1,4 +1,4 @@
-"""What a house's automation is told of the room, by the last levels of its topics. Pure."""
+"""The room's state for home automation, by the last level of each topic. Pure."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 def house_states(
     room: RoomState, gauges: Iterable[GaugeSettings], *, is_open: bool, names: bool
 ) -> dict[str, str]:
-    """Return each state as text; the driver's name only where `names` are let out.
+    """Return each state as text; without `names` the driver's name is empty.
 
-    Otherwise it is empty, which deletes what the broker has kept from when they were.
+    The empty text deletes a name that the broker retains from before.
     """
     battery = room.robot.battery_fraction
     driver = ""

@@ -1,7 +1,7 @@
-"""What is in force when the server ends and must be when it is started again: a file.
+"""A file of what must stay in force when the server is restarted.
 
-The Stop, and what the host has shut, blanked or limited. A restart after a fault asks nobody, so it
-must not release what somebody has ordered.
+The Stop, and what the host has closed, blanked or limited. A restart after a fault asks nobody, so
+it must not undo what somebody has ordered.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ _LOG = structlog.get_logger(__name__)
 FILE: Final = "in-force.json"
 _LOCK: Final = "in-force.lock"
 _AGAIN_S: Final = 10.0
-"""What could not be written is tried again after this."""
+"""A failed write is retried after this."""
 _CLOSE_S: Final = 0.5
-"""How long the end waits for a slow disk."""
+"""How long `close` waits for a slow disk."""
 _FILE_BYTES: Final = 512
-"""More than any state needs: a file of one size is written over where there is no room to grow."""
+"""More than any state needs: a file of constant size can be overwritten on a full disk."""
 
 
 class KeptState(BaseModel):
-    """`stop` is the role of who pressed the Stop in force; the host's, once they have pressed, too.
+    """`stop` is the role that pressed the Stop in force, "host" once the host has pressed it, too.
 
     `closed_until_s` is in seconds since 1970.
     """
@@ -54,14 +54,14 @@ class KeptState(BaseModel):
 
 
 _DOUBT: Final = KeptState(stop="host", is_blanked=True, are_voices_muted=True)
-"""What counts as kept where a file says nothing: nobody drives, sees, hears or speaks."""
+"""What an unreadable file stands for: nobody drives, sees, hears or speaks."""
 
 
 class KeptFile:
-    """Keeps the newest state, in a thread: a disk may take longer than a Stop may.
+    """Writes the newest state in a thread: a disk may take longer than a Stop may.
 
-    `state_folder` as configured; `before` is what the last server kept. The file is there from the
-    start, so that a Stop has room once the disk is full.
+    `state_folder` as configured; `before` is what the last server kept. The file is made at the
+    start, so that a Stop has room even if the disk fills up.
     """
 
     def __init__(self, state_folder: str) -> None:
@@ -80,7 +80,7 @@ class KeptFile:
         self._thread = threading.Thread(target=self._run, name="kept state", daemon=True)
 
     def problems(self) -> list[Sentence]:
-        """Return what the host is to know."""
+        """Return the problems that the host has to know."""
         told = []
         if self._unread:
             told.append(Sentence("kept.unread", {"why": self._unread}))
@@ -89,9 +89,9 @@ class KeptFile:
         return told
 
     def start(self) -> None:
-        """Write from now on; one that finds another server in the folder does not, and is told.
+        """Start writing, unless another server has the folder: each would undo the other's Stop.
 
-        Each would undo the other's Stop.
+        That is then one of the `problems`.
         """
         try:
             self._claim()
@@ -99,14 +99,14 @@ class KeptFile:
             self._fail(error)
         self._thread.start()
 
-    def keep(self, state: KeptState) -> None:
-        """Keep this from now on; returns at once."""
+    def save(self, state: KeptState) -> None:
+        """Have the thread write this state; returns at once."""
         if state != self._wanted:
             self._wanted = state
             self._changed.set()
 
     def close(self) -> bool:
-        """Return whether its thread has ended; if not, the disk is too slow. Safe to call twice."""
+        """Write and end the thread; return False if the disk is too slow. Safe to call twice."""
         self._is_closing = True
         self._changed.set()
         if self._thread.is_alive():
@@ -114,9 +114,9 @@ class KeptFile:
         return not self._thread.is_alive()
 
     def _claim(self) -> None:
-        """Lock the folder, once, and never write over what was not read: raises `StateError`.
+        """Lock the folder, once; raise `OSError` while it cannot be used.
 
-        Or `OSError`, while the folder cannot be used.
+        Raise `StateError` if another server has it, or its file would be overwritten unread.
         """
         if self._path is None or self._lock is not None:
             return
@@ -133,7 +133,7 @@ class KeptFile:
 
     def _run(self) -> None:
         while True:
-            self._changed.clear()  # first, so that what comes meanwhile is seen the next time
+            self._changed.clear()  # first, so that a change during the write is seen next time
             is_last, wanted = self._is_closing, self._wanted
             if wanted != self._kept or self._unwritten:
                 self._write(wanted)
@@ -156,7 +156,7 @@ class KeptFile:
             return _DOUBT
 
     def _write(self, state: KeptState) -> None:
-        """Write at once and for good: who presses Stop may cut the power next."""
+        """Write and sync at once: somebody who presses Stop may cut the power next."""
         if self._path is None:
             return
         content = state.model_dump_json().encode().ljust(_FILE_BYTES)
@@ -170,7 +170,7 @@ class KeptFile:
                     raise
                 state_dir.sync(self._path.parent)
         except (OSError, StateError) as error:
-            self._kept = None  # it may have been replaced all the same
+            self._kept = None  # the file may have been replaced all the same
             self._fail(error)
         else:
             self._kept, self._unwritten = state, ""
@@ -187,9 +187,9 @@ def _reason_of(error: Exception) -> str:
 
 
 def _is_written_over(path: Path, content: bytes) -> bool:
-    """Write into the file that is there, which a full disk allows, and return whether that went.
+    """Overwrite the existing file, which works on a full disk; return whether it succeeded.
 
-    One that the power cuts in two says nothing, and so counts as a Stop.
+    A file that a power cut truncates is unreadable, and so counts as a Stop.
     """
     try:
         with os.fdopen(os.open(path, os.O_WRONLY), "wb") as file:
@@ -203,7 +203,7 @@ def _is_written_over(path: Path, content: bytes) -> bool:
 
 
 def _locked(path: Path) -> TextIO:
-    """Return a file that is this process's until it is closed; raises `OSError`."""
+    """Return a file, locked for this process until it is closed; raises `OSError`."""
     file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o600), "r+")
     try:
         state_dir.lock(file)

@@ -1,4 +1,4 @@
-"""How one viewer's link was during their visit, for the records."""
+"""Statistics of one viewer's link during a visit, for the records."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MAX_RENDITIONS: Final = 64
 
 
 class LinkStatistics:
-    """Gathers a sample a second."""
+    """Call `sample` once a second."""
 
     def __init__(self) -> None:
         self._round_trip_ms = Spread()

@@ -11,21 +11,21 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 _LEFT_TO_RIGHT: Final = "\u200e"
-"""The data have this mark around what is written from right to left."""
+"""The data file puts this mark around right-to-left text."""
 
 
 def skeleton(text: str) -> str:
-    """Return what texts that look alike have in common, to compare them by."""
+    """Return a text's skeleton: texts that look alike have the same one."""
     plain = unicodedata.normalize("NFKD", text)
     alike = "".join(_PROTOTYPES.get(character, character) for character in plain)
     return unicodedata.normalize("NFKD", alike)
 
 
 def _prototypes() -> dict[str, str]:
-    """Return the one of those that look alike which stands for them, by each of the others.
+    """Return each character's prototype, which stands for all that look like it.
 
-    The data lists for each what looks like it: a prototype has many, any other its prototype alone.
-    Of two that have only each other it is the lower one.
+    The data file lists a prototype's many lookalikes, and for any other character its prototype
+    alone. Of two that list only each other, the lower one is the prototype.
     """
     file = resources.files("confusable_homoglyphs") / "confusables.json"
     alike: Mapping[str, list[str]] = {
@@ -40,4 +40,4 @@ def _prototypes() -> dict[str, str]:
 
 
 _PROTOTYPES: Final = _prototypes()
-"""Read with the module: it takes some 40 ms, for which the control loop would wait."""
+"""Read on import: it takes some 40 ms, which would hold up the control loop."""

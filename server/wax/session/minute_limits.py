@@ -20,7 +20,7 @@ class MinuteLimits:
         self._taken_s: dict[str, deque[float]] = {}
 
     def take(self, key: str, now_s: float) -> bool:
-        """Count one more of this key; False, uncounted, if there is none left."""
+        """Count one more for this key; False, uncounted, if its limit is reached."""
         if self.taken(key, now_s) >= self._each:
             return False
         taken_s = self._taken_s.pop(key, None) or deque[float]()

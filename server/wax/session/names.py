@@ -1,4 +1,4 @@
-"""The names that viewers give themselves; how long: `wax.protocol.messages`. Pure."""
+"""The names that viewers give themselves; `wax.protocol.messages` bounds their length. Pure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _MAX_MARKS: Final = 2
-"""Combining marks in a row: more of them paint over what is above."""
+"""Combining marks in a row; more would cover the line above."""
 _TITLES: Final = (
     "host",
     "admin",
@@ -38,10 +38,10 @@ def clean_name(name: str) -> str:
 
 
 def refusal(name: str, others: Iterable[str], robot: str = "") -> Sentence | None:
-    """Return why a guest may not be called so.
+    """Return why a guest may not have this name, None if they may.
 
-    It is, or looks like, a title, what a guest is called without a name, the name of the `robot` or
-    of somebody else.
+    A refused name is, or looks like, a title, a nameless guest ("Guest 3"), the `robot`'s name or
+    somebody else's.
     """
     looks = _looks(name)
     is_guest = any(_GUEST.fullmatch(one) for one in looks)
@@ -54,15 +54,15 @@ def refusal(name: str, others: Iterable[str], robot: str = "") -> Sentence | Non
 
 @lru_cache(maxsize=1024)
 def _looks(name: str) -> frozenset[str]:
-    """Return what a name is and what it looks like, which case may change: Ι is ι, and like l.
+    """Return a name and its skeleton, both folded; they may differ: Ι folds to ι, and looks like l.
 
-    Kept, since each new name is compared with everybody's: some characters become 18 of others.
+    Cached, since each new name is compared with everybody's: some characters expand to 18.
     """
     return frozenset({_folded(name), _folded(skeleton(name))})
 
 
 def _folded(name: str) -> str:
-    """Return what is left without case, accents, width, spaces and punctuation (UAX 15)."""
+    """Return a name without case, accents, width, spaces and punctuation (UAX 15)."""
     plain = unicodedata.normalize("NFKD", name).casefold()
     return "".join(c for c in plain if unicodedata.category(c)[0] in "LN") or name
 

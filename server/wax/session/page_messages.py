@@ -38,20 +38,20 @@ if TYPE_CHECKING:
     from wax.streams.interface import Service
 
 _MOST_TOLD: Final = 40
-"""Of those who wait, in a message to those who watch in a room."""
+"""Waiting viewers listed in a message to the LiveKit rooms."""
 _viewer_info: Final = lru_cache(maxsize=1024)(messages.ViewerInfo)
-"""The same object where nothing has changed: a crowd's lines are then compared at once."""
+"""Unchanged lines are the same object, so that comparing a crowd's lines is fast."""
 
 
 def _no_tape() -> None:
-    """Say nothing: the host does not record."""
+    """Return None: the host does not record."""
 
 
 class PageMessages:
     """Makes the messages for all pages and for new ones; changes no state.
 
-    `tape` returns what everybody is told of the recording, None where there is none; `problems`
-    what the host is told of hooks and the door; `has_way_in` whether people elsewhere can come.
+    `tape` returns the recording's status, None if there is no recording; `problems` what the host
+    has to know; `has_way_in` whether people elsewhere can reach the page.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class PageMessages:
     def hello(
         self, number: int, visitor: Visitor, grant: Grant, *, lost_after_s: float
     ) -> messages.Hello:
-        """Return the greeting for the viewer with this number, 0 for one who watches in a room.
+        """Return the greeting for the viewer with this number, 0 for one in a LiveKit room.
 
         An operator silent for `lost_after_s` is lost.
         """
@@ -130,7 +130,7 @@ class PageMessages:
     ) -> messages.RoomState:
         """Return the state of the room, with those of `viewers` who have connected.
 
-        `first_axes` is where the axes were when the turn began, `controls` what was set of them.
+        `first_axes` is where the axes were when the turn began, `controls` are the values set.
         """
         return messages.RoomState(
             viewers=self._lines(viewers, now_s),
@@ -154,7 +154,7 @@ class PageMessages:
                 bumpers=state.bumpers,
                 battery_v=None if state.battery_v is None else round(state.battery_v, 1),
                 battery_fraction=state.battery_fraction,
-                gauges=equipment.told(self._settings.gauges, state),
+                gauges=equipment.gauge_values(self._settings.gauges, state),
                 beyond=equipment.beyond(self._settings.gauges, state),
                 ttl_ms=_ms(state.ttl_s),
             ),
@@ -171,8 +171,8 @@ class PageMessages:
             no_way_in=None if self._has_way_in() else Sentence("tunnel.nobody_new"),
         )
 
-    def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
-        """Return what the rooms of LiveKit are told; `watching` are all but the operator."""
+    def for_rooms(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
+        """Return the message for the LiveKit rooms; `watching` counts all but the operator."""
         placed = ((one.place, one) for one in room.viewers if one.place is not None)
         first = [one for _, one in sorted(placed, key=itemgetter(0))[:_MOST_TOLD]]
         return messages.Told(
@@ -220,7 +220,7 @@ class PageMessages:
         )
 
     def _aboard(self, state: RobotState) -> messages.AboardInfo | None:
-        """Return what everybody is told of the person aboard, as long as there is one at all."""
+        """Return the status of the person aboard, None if the configuration has none."""
         local = self._settings.local
         if not local.is_on:
             return None
@@ -321,7 +321,7 @@ class PageMessages:
                 axis_row=0.5,
             )
         own = self._own_view
-        # The robot knows nothing of a picture that the host turns: rather no path than a wrong one.
+        # The robot cannot know that the host turns the picture: no path is better than a wrong one.
         if video.source not in ("auto", "robot") or own is None or video.is_turned:
             return None
         return messages.CameraGeometry(
@@ -332,17 +332,17 @@ class PageMessages:
         )
 
     def _voice_rules(self, number: int) -> messages.VoiceRules | None:
-        if self._voices is None or number == 0:  # rooms and embeds have no way to speak
+        if self._voices is None or number == 0:  # LiveKit rooms and embeds cannot speak
             return None
         return messages.VoiceRules(open_microphone=self._settings.voice.open_microphone)
 
     def _camera_infos(self, number: int) -> list[messages.CameraInfo]:
-        if number == 0:  # rooms and embeds have the driving view alone
+        if number == 0:  # LiveKit rooms and embeds have only the driving view
             return []
         return [messages.CameraInfo(name=one.name, axes=one.settings.axes) for one in self._cameras]
 
     def _undated(self, now_s: float) -> Sentence | None:
-        """Return why nobody drives by the driving view although it delivers."""
+        """Return why nobody can drive by the driving view although it delivers pictures."""
         is_doubted = self._picture_clock().is_doubted(now_s)
         return undated(self._settings.video.source) if is_doubted else None
 
@@ -361,7 +361,7 @@ def _page(page: PageSettings) -> messages.PageInfo:
 
 
 def _whole_ms(duration_s: float | None) -> float | None:
-    """Return milliseconds that do not change by rounding while a clock stands still."""
+    """Return whole milliseconds: a paused clock must not change by rounding."""
     return None if duration_s is None else round(duration_s * 1000)
 
 

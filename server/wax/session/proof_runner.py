@@ -29,12 +29,12 @@ _LOG = structlog.get_logger(__name__)
 
 LENT: Final = Sentence("robot.lent")
 STOPPED: Final = Sentence("proof.stopped")
-_LOOK_S: Final = 0.02
+_POLL_S: Final = 0.02
 _END_S: Final = 5.0
 """How long the proof may take to stop the robot; a server that is shutting down waits less."""
 
 NOT_ALL: Final = 3
-"""The proof's exit status where all that could be cut was in time, but not all could be cut."""
+"""The proof's exit status if every stop was in time, but not everything could be cut."""
 
 State = Literal["never", "running", "done", "failed"]
 
@@ -60,10 +60,10 @@ class ProofRunner:
         self._task: asyncio.Task[None] | None = None
         self._process: asyncio.subprocess.Process | None = None
         self._is_ending = False
-        self._is_asked = False  # the process to end
+        self._is_asked = False  # whether the process was told to end
 
     def progress(self) -> dict[str, object]:
-        """Return the progress, and where the newest record is."""
+        """Return the progress, and the path of the newest record."""
         record = None if self._record is None else "api/proof/record"
         line = None if self._line is None else self._line.wire()
         return {"state": self._state, "line": line, "record": record}
@@ -75,7 +75,7 @@ class ProofRunner:
         return self._record
 
     async def start(self) -> None:
-        """Take the robot from everybody and begin; raises `ForbiddenError` if impossible."""
+        """Take the robot from everybody and start; raises `ForbiddenError` if impossible."""
         if self._is_ending:
             raise ForbiddenError(Sentence("proof.too_late"))
         if self._state == "running":
@@ -93,7 +93,7 @@ class ProofRunner:
             self._process.terminate()
 
     async def stop(self) -> None:
-        """End a running proof for good; the robot stands afterwards. Safe to call twice."""
+        """End a running proof for good, with the robot stopped. Safe to call twice."""
         self.break_off()
         task, self._task = self._task, None
         if task is not None:
@@ -145,7 +145,7 @@ class ProofRunner:
     async def _obey_stop(self, process: asyncio.subprocess.Process) -> None:
         """Abort the proof, which stops the robot, when anybody presses Stop."""
         while self._control.latched is None:  # noqa: ASYNC110  # the latch has no event
-            await asyncio.sleep(_LOOK_S)
+            await asyncio.sleep(_POLL_S)
         await self._end(process)
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
@@ -178,8 +178,8 @@ class ProofRunner:
 async def _end(process: asyncio.subprocess.Process, *, is_asked: bool = False) -> None:
     """Ask the proof to stop its robot and end; kill it if it does not in time.
 
-    Once: `terminate` looks whether the process has ended, and takes its exit code from asyncio's
-    watcher.
+    `terminate` is called only once: it polls the process, and may so take the exit code that
+    asyncio's watcher waits for.
     """
     if process.returncode is not None:
         return

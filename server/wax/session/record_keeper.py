@@ -1,4 +1,4 @@
-"""Watches the room and tells records and `event_maker` what happens; what goes wrong stays here."""
+"""Reports what happens in the room to the records and `event_maker`; contains its own errors."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 _P = ParamSpec("_P")
 
 DriveStatus = tuple[int, bool, "Sentence | None"]
-"""The operator, whether the robot moves, and what keeps it; see `ControlLoop`."""
+"""The operator, whether the robot moves, and what holds it back; see `ControlLoop`."""
 
-_LOOK_S: Final = 1.0
+_POLL_S: Final = 1.0
 _UPDATE_S: Final = 60.0
-"""So much of a visit's figures may be missing after a crash; an SD card wears with each write."""
+"""A crash may lose this much of a visit's figures; more writes would wear out an SD card."""
 _STOP_GAP_S: Final = 1.0
-"""A robot that stops and goes all the time on a bad link gets a row a second at most."""
+"""On a bad link the robot stops again and again; that is one row a second at most."""
 
 _LEFT_OUT: Final = "turns over the rate"
 PRESSED: Final = "pressed"
@@ -57,7 +57,7 @@ _NO_STOP: Final = {
     Hold.STOPPED.value.code,
     *(one.value.code for one in Limit),
 }
-"""What is said while the robot stands, or drives slowly, as its operator wants."""
+"""Reasons that do not count as an involuntary stop."""
 
 
 @dataclass
@@ -68,7 +68,7 @@ class _Visit:
 
 
 class RecordKeeper:
-    """Looks at the viewers once a second, and is called about turns and stops.
+    """Polls the viewers once a second, and is called about turns and Stops.
 
     `refused` returns counts that only rise, by reason. No method raises.
     """
@@ -92,41 +92,41 @@ class RecordKeeper:
         self._turns: dict[int, int] = {}  # the records' numbers, by the turns' own
         self._stop: int | None = None
         self._drive_status: DriveStatus | None = None
-        self._stop_told_s = -math.inf
+        self._stop_written_s = -math.inf
         self._updated_s = clock.now_s()
         self._thrift = TurnThrift(clock.now_s())
         self._contained = FirstErrorLogged("the records are incomplete")
-        """Around all that is done here: records are never worth a stop."""
+        """Wraps all work here: a failing record must never stop the robot."""
         self.stops: Counter[str] = Counter()
         """Stops by reason, since the start."""
 
     async def run(self) -> None:
-        """Look until cancelled."""
+        """Poll until cancelled."""
         while True:
-            self.look()
-            await asyncio.sleep(_LOOK_S)
+            self.poll()
+            await asyncio.sleep(_POLL_S)
 
-    def look(self) -> None:
-        """Notice who came and went, and how their links are."""
+    def poll(self) -> None:
+        """Record who came and went, and how their links are."""
         with self._contained:
             self._turn_began(self._thrift.due(self._clock.now_s()))
             present = {viewer.number: viewer for viewer in self._viewers if viewer.was_ready}
             gone = self._visits.keys() - present.keys()
-            went = (partial(self._went, number) for number in gone)
-            here = (partial(self._is_here, viewer) for viewer in present.values())
+            went = (partial(self._end_visit, number) for number in gone)
+            here = (partial(self._sample, viewer) for viewer in present.values())
             in_batches([*went, *here])
             if self._clock.now_s() - self._updated_s >= _UPDATE_S:
-                self._update()
-        self.event_maker.look()
+                self._update_all()
+        self.event_maker.poll()
 
     def close(self) -> None:
-        """End what goes on, because the server does."""
+        """End the running turns and visits, because the server ends."""
         with self._contained:
             for turn in list(self._turns):
                 self._records.turn_ended(self._turns.pop(turn), "server stopped")
             for number in list(self._visits):
-                self._went(number)
-            self._update()
+                self._end_visit(number)
+            self._update_all()
         self.event_maker.close()
 
     # --- turns and stops ---------------------------------------------------------------------
@@ -150,25 +150,25 @@ class RecordKeeper:
             self.event_maker.turn_began(turn.number, turn.operator, person.name)
 
     def stop_pressed(self, viewer: Viewer | None, name: str, stop: int, role: StopRole) -> None:
-        """Record that the stop was pressed; `viewer` is None for somebody without a page."""
+        """Record a pressed Stop; `viewer` is None for somebody without a page."""
         with self._contained:
             self.stops[PRESSED] += 1
             if self._stop is None:
                 person = RecordedPerson("", name) if viewer is None else _person_of(viewer)
                 self._stop = self._records.stop_pressed(stop, person, PRESSED)
-                self.event_maker.tell(_stop_event("stop.pressed", viewer, stop, role))
+                self.event_maker.publish(_stop_event("stop.pressed", viewer, stop, role))
 
     def stop_released(self, viewer: Viewer | None, name: str, stop: int, role: StopRole) -> None:
         with self._contained:
             if self._stop is not None:
                 self._records.stop_released(self._stop, name)
                 self._stop = None
-                self.event_maker.tell(_stop_event("stop.released", viewer, stop, role))
+                self.event_maker.publish(_stop_event("stop.released", viewer, stop, role))
 
     def drive_status(
         self, number: int, moving: bool, reason: Sentence | None, _share: float
     ) -> None:
-        """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
+        """Record when and why the robot stops by itself; see `ControlLoop`."""
         with self._contained:
             self._turn_began(self._thrift.due(self._clock.now_s(), is_driven=moving))
             before, self._drive_status = self._drive_status, (number, moving, reason)
@@ -177,16 +177,16 @@ class RecordKeeper:
                 return
             self.stops[why] += 1
             now_s = self._clock.now_s()
-            if now_s - self._stop_told_s >= _STOP_GAP_S:
-                self._stop_told_s = now_s
+            if now_s - self._stop_written_s >= _STOP_GAP_S:
+                self._stop_written_s = now_s
                 told = f"{why}: {reason}" if why == ROBOT else why.replace("_", " ")
                 person = self._person(number)
                 self._records.stop_pressed(None, person, told)
-                self.event_maker.tell(StoppedByItself(viewer=number, why=why, name=person.name))
+                self.event_maker.publish(StoppedByItself(viewer=number, why=why, name=person.name))
 
     # --- visits ------------------------------------------------------------------------------
 
-    def _is_here(self, viewer: Viewer) -> None:
+    def _sample(self, viewer: Viewer) -> None:
         with self._contained, viewer.boundary:
             visit = self._visits.get(viewer.number)
             if visit is None:
@@ -197,26 +197,26 @@ class RecordKeeper:
             if viewer.is_ready:
                 visit.link.sample(viewer)
 
-    def _went(self, number: int) -> None:
+    def _end_visit(self, number: int) -> None:
         with self._contained:
             if (visit := self._visits.pop(number, None)) is not None:
-                self._tell(visit, is_over=True)
+                self._write_visit(visit, is_over=True)
 
-    def _tell_on(self, visit: _Visit) -> None:
-        """Update a visit, unless it has ended since that was put off."""
+    def _update_visit(self, visit: _Visit) -> None:
+        """Update a visit, unless it has ended since the update was scheduled."""
         with self._contained:
             if self._visits.get(visit.viewer.number) is visit:
-                self._tell(visit)
+                self._write_visit(visit)
 
-    def _tell(self, visit: _Visit, *, is_over: bool = False) -> None:
+    def _write_visit(self, visit: _Visit, *, is_over: bool = False) -> None:
         viewer = visit.viewer
         self._records.session_seen(
             visit.number, _person_of(viewer), _role(viewer), visit.link.summary(), is_over=is_over
         )
 
-    def _update(self) -> None:
+    def _update_all(self) -> None:
         self._updated_s = self._clock.now_s()
-        in_batches([partial(self._tell_on, visit) for visit in self._visits.values()])
+        in_batches([partial(self._update_visit, visit) for visit in self._visits.values()])
         before = self._refused_before
         self._refused_before = {**self._refused(), _LEFT_OUT: self._thrift.left_out}
         grown = {
@@ -231,10 +231,10 @@ class RecordKeeper:
 
 
 def why_stopped(before: DriveStatus | None, now: DriveStatus) -> str | None:
-    """Return the short name of why the robot is stopped or held while its operator drives.
+    """Return the short name of the reason that has just stopped or held the moving robot.
 
-    None where it is not, or was not moving, or where they wanted it so. A pressed Stop counts as
-    the robot's own reason, `ROBOT`: whoever knows of it does not ask.
+    None if none has, or the operator wanted it. A pressed Stop counts as the robot's own reason,
+    `ROBOT`: callers have to recognise it themselves.
     """
     number, _, reason = now
     if before is None or before[0] != number or not before[1] or before[2] == reason:
@@ -245,12 +245,12 @@ def why_stopped(before: DriveStatus | None, now: DriveStatus) -> str | None:
 
 
 def name_of(reason: Sentence) -> str:
-    """Return the short name of a sentence of the gate's, `ROBOT` for the robot's own."""
+    """Return the short name of one of the gate's sentences, `ROBOT` for the robot's own."""
     return _NAMES.get(reason.code, ROBOT)
 
 
 def refused(counts: Mapping[str, float]) -> dict[str, float]:
-    """Return those of the server's counts that say what was refused."""
+    """Return the server's counts of refusals."""
     return {name: count for name, count in counts.items() if _REFUSED.search(name)}
 
 

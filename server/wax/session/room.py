@@ -58,24 +58,24 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _ROUND_S: Final = 0.05
-_LOOK_S: Final = 0.2
-"""Robot and sources have no callback for failures; they are polled this often."""
+_POLL_S: Final = 0.2
+"""The robot and the sources have no callback for failures; they are polled this often."""
 _LOST_S: Final = 1.0
 """Five missed heartbeats: the link is lost, the robot stops, the turn is kept for a grace time."""
 _OTHERS_LOST_S: Final = 3.5
 """The same for viewers who do not drive; observers send a heartbeat only once a second."""
 _DEAD_S: Final = 10.0
-"""Silent for this long: the peer is closed; a page that is still open makes a new one."""
+"""A peer that is silent for this long is closed; a page that is still open makes a new one."""
 _HALF_OPEN_S: Final = 9.0
 """The same for a peer whose channels have not opened yet."""
 _GOODBYE_S: Final = 0.1
 """SCTP sends a message on later passes of the event loop; closing a peer drops what is left."""
 _GOODBYE: Final = Sentence("door.goodbye")
 _CHECK_S: Final = 1.0
-"""How often is looked whether everybody may still stay: hours and invitations end by themselves."""
+"""How often to check whether everybody may still stay: hours and invitations simply expire."""
 _JOINS_HZ: Final = 0.5
 _JOINS_BURST: Final = 10
-"""Of each browser: who joins an idle robot's queue and leaves it has had a turn, told to all."""
+"""Per browser: joining an idle robot's queue and leaving it is a turn, which all are told."""
 _MOST_JOINING: Final = 1000
 _JOINS_TOO_OFTEN: Final = Sentence("queue.too_often")
 _NO_TAPE: Final = Sentence("tape.none")
@@ -126,8 +126,8 @@ class Room:
             turns=turns,
             control=control,
             keeper=keeper,
-            keep=self._keep,
-            watch=self._watches_from,
+            save=self._save,
+            watching=self._watches_from,
         )
         self._host_acts = HostActs(
             clock=clock,
@@ -137,7 +137,7 @@ class Room:
             control=control,
             viewers=viewers,
             records=records,
-            door=self,
+            room=self,
             stops=self._stops,
             event_maker=keeper.event_maker,
             public_url=settings.server.public_url,
@@ -173,12 +173,12 @@ class Room:
             forget=self._forget,
             lost_after_s=_LOST_S,
         )
-        cluster.broadcast(self._news_for_rooms)
+        cluster.broadcast(self._message_for_rooms)
         self._joins = TokenBuckets(rate_hz=_JOINS_HZ, burst=_JOINS_BURST, most=_MOST_JOINING)
         self._gone_since_s: dict[int, float] = {}
         self._is_closing = False
         self._updates = RoomUpdates(clock.now_s())
-        self._looked_s = 0.0
+        self._polled_s = 0.0
         self._told_problem: Sentence | None = None
         self._checked_s = 0.0
         self._take_over(kept.before)
@@ -186,12 +186,12 @@ class Room:
     # --- over a restart --------------------------------------------------------------------
 
     def resume(self) -> None:
-        """Latch the stop that was in force when the last server ended, once there is a driver."""
+        """Restore the Stop that was in force when the last server ended; needs the driver."""
         before = self._kept.before
         if in_force := before.model_dump(exclude_defaults=True):
             _LOG.info("in force since before the restart", **in_force)
         if before.stop is not None:
-            self._stops.press_again(before.stop)
+            self._stops.restore(before.stop)
 
     def _take_over(self, kept: KeptState) -> None:
         self._decisions.is_blanked = kept.is_blanked
@@ -203,9 +203,9 @@ class Room:
         if kept.is_held:
             self._control.hold_queue(is_held=True)
 
-    def _keep(self) -> None:
+    def _save(self) -> None:
         admission, decisions = self._access.admission, self._decisions
-        self._kept.keep(
+        self._kept.save(
             KeptState(
                 stop=self._stops.in_force,
                 is_held=self._turns.is_held,
@@ -228,7 +228,7 @@ class Room:
 
     @property
     def rooms(self) -> Rooms:
-        """Those who watch in a room of the cluster."""
+        """The people who watch in LiveKit rooms."""
         return self._rooms
 
     # --- viewers' events (ViewerEvents) ----------------------------------------------------
@@ -243,21 +243,21 @@ class Room:
         )
         self._control.connect(viewer.number, _person(viewer))
         if (told := self._updates.told) is not None:
-            # The next change will be from that; of themselves they learn at once.
+            # The next change builds on that state; the viewer's own line comes at once.
             viewer.send(told)
             own = self._page_messages.line(viewer, self._clock.now_s())
             viewer.send_text(room_change.text_of(messages.RoomChange(viewers=[own], gone=[])))
         self._viewers.changed()
 
     def viewer_moved(self, viewer: Viewer) -> None:
-        """Let an operator drive on, but by a new press, as after any other loss."""
+        """Let an operator drive on, but only by a new press, as after any other loss."""
         self._control.lost(viewer.number)
         self._control.returned(viewer.number)
 
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
         if peer is not viewer.peer:
             return
-        # Who never connected may be a flood, whose lines nobody wants to read.
+        # A viewer who never connected may be one of a flood, which must not fill the log.
         log = _LOG.info if viewer.was_ready else _LOG.debug
         log("viewer's peer closed", viewer=viewer.number)
         self._drop_peer(viewer)
@@ -265,7 +265,7 @@ class Room:
             self._forget(viewer)
 
     def viewer_role(self, viewer: Viewer) -> Role:
-        """Return what a viewer is now."""
+        """Return a viewer's current role."""
         if viewer.visitor.is_embed:
             return "embed"
         if viewer.visitor.is_host:
@@ -307,7 +307,7 @@ class Room:
         try:
             self._host_acts.handle(viewer, act)
         finally:
-            self._keep()
+            self._save()
 
     def viewer_stops(self, viewer: Viewer, press: int | None) -> None:
         with self._refusing(viewer):
@@ -335,7 +335,7 @@ class Room:
     # --- by HTTP ---------------------------------------------------------------------------
 
     def role_of(self, visitor: Visitor) -> Role:
-        """Return what a browser is now: the most of what its viewers are."""
+        """Return a browser's current role, the highest of its viewers' roles."""
         if visitor.is_host:
             return "host"
         viewer = self._acting(visitor, None)
@@ -346,24 +346,24 @@ class Room:
     def by_tab(self, visitor: Visitor, tab: str) -> Visitor:
         """Return the guest, here or in a room, whose tab has this secret; else the visitor.
 
-        Embeds have no tab, and a host without their cookie is none.
+        Embeds have no tab secret, and a secret alone makes nobody the host.
         """
         viewer = self._viewers.of_secret(tab)
         found = self._rooms.of_tab(tab) if viewer is None else viewer.visitor
         return visitor if found is None or found.is_host else found
 
     def has_people_at(self, address: str) -> bool:
-        """Whether somebody at this address watches, here or elsewhere."""
+        """Whether somebody at this address watches, here or in a LiveKit room."""
         return bool(self._watches_from(address))
 
     def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
-        """Count a piece of a file for this browser, as `Streams.file_sent` of its viewers does."""
+        """Count a piece of a file; return the longest pause that `Streams.file_sent` asks for."""
         own = self._viewers.of_identity(visitor.identity)
         waits_s = [one.streams.file_sent(size_bytes) for one in own if one.peer is not None]
         return max((one for one in waits_s if one is not None), default=None)
 
     def stop_by(self, visitor: Visitor, tab: str | None, press: int | None = None) -> int:
-        """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
+        """Latch the Stop before anything else; returns its number. Raises `ForbiddenError`."""
         viewer = self._acting(visitor, tab)
         if viewer is None and not visitor.is_host and self._rooms.has_seat(visitor):
             number = self._stops.press_from_room(visitor, press)
@@ -379,7 +379,7 @@ class Room:
         self._viewers.changed()
 
     def house_acts(self, act: HouseAct) -> None:
-        """Do what the host's home automation wants; raises `ForbiddenError` if it may not."""
+        """Carry out an act of the host's home automation; raises `ForbiddenError` if it may not."""
         check("house", messages.Release if isinstance(act, ReleaseAt) else type(act))
         match act:
             case messages.Stop():
@@ -392,11 +392,11 @@ class Room:
                 try:
                     self._host_acts.handle_from_house(act)
                 finally:
-                    self._keep()
+                    self._save()
         self._viewers.changed()
 
     def _watches_from(self, address: str) -> dict[str, float]:
-        """Return since when each browser of an address has watched, here or elsewhere."""
+        """Return since when each browser at an address has watched, here or in a LiveKit room."""
         since_s = self._rooms.since_s(address)
         for one in self._viewers:
             if one.was_ready and one.visitor.address == address and not one.visitor.is_embed:
@@ -410,7 +410,7 @@ class Room:
         drives = next((one for one in own if one.number == self._turns.operator), None)
         return drives or self._viewers.of_tab(visitor.identity, tab) or next(iter(own), None)
 
-    # --- for the host (Door) ---------------------------------------------------------------
+    # --- for the host (RoomForHost) ---------------------------------------------------------
 
     def send_away(
         self, viewer: Viewer, sentence: Sentence, openings: Sequence[messages.Opening] = ()
@@ -424,16 +424,16 @@ class Room:
             viewer.release()
         self._forget(viewer)
         if peer is not None:
-            # Not at once: the message must leave before the channel does.
+            # Later, because the message must be sent before the channel closes.
             asyncio.get_running_loop().call_later(_GOODBYE_S, peer.abandon)
 
     def check_all(self) -> None:
-        """Send away everybody who may not stay any more, and update what the others may; soon."""
+        """Soon send away everybody who may no longer stay, and update the others' rights."""
         in_batches([partial(self._check, viewer) for viewer in self._viewers])
 
     def _check(self, viewer: Viewer) -> None:
         if self._viewers.numbered(viewer.number) is None:
-            return  # gone since that was put off
+            return  # gone since this was scheduled
         visitor = self._access.refreshed(viewer.visitor)
         if viewer.visitor.is_host and not visitor.is_host:
             viewer.visitor = visitor
@@ -444,15 +444,15 @@ class Room:
         except NotAdmittedError as error:
             self.send_away(viewer, error.sentence, error.openings)
         else:
-            viewer.be(visitor, grant)
+            viewer.update_access(visitor, grant)
             self._control.update_person(viewer.number, _person(viewer))
 
     def check_rooms(self) -> None:
-        """Do the same for everybody who watches in a room, soon."""
+        """Soon do the same for everybody who watches in a LiveKit room."""
         self._rooms.check_all()
 
     def _join(self, viewer: Viewer) -> None:
-        """Put a viewer into the queue; raises `ForbiddenError` with the reason why not."""
+        """Put a viewer into the queue; raises `ForbiddenError` with the reason if it cannot."""
         joins = self._turns.place(viewer.number) is None
         if joins and not self._joins.take(viewer.visitor.identity, self._clock.now_s()):
             raise ForbiddenError(_JOINS_TOO_OFTEN)
@@ -480,7 +480,7 @@ class Room:
             viewer.release()
         now_s = self._clock.now_s()
         self._control.lost(viewer.number)
-        if viewer.is_in_room(now_s):  # their page said so before it went
+        if viewer.is_in_room(now_s):  # their page announced it before it disconnected
             self._waits_in_room(viewer)
         else:
             self._gone_since_s[viewer.number] = now_s
@@ -489,35 +489,36 @@ class Room:
     # --- housekeeping ----------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Look for lost links and send everybody what has changed, until cancelled."""
+        """Detect lost links and send everybody what has changed, until cancelled."""
         while True:
             await asyncio.sleep(_ROUND_S)
             for _ in self.round(self._clock.now_s()):
                 await asyncio.sleep(0)
 
     def round(self, now_s: float) -> Iterator[None]:
-        """Run one round, in short steps; the rate of rounds depends on nothing that changes."""
+        """Run one round in short steps; rounds come at a fixed rate, whatever happens in them."""
         self._sweep(now_s)
         yield
         self._rooms.round(now_s)
-        in_batches([partial(_settle, viewer, now_s) for viewer in self._viewers])
+        in_batches([partial(_run_deferred, viewer, now_s) for viewer in self._viewers])
         renamed = [viewer for viewer in self._viewers if viewer.has_name_waiting]
-        in_batches([partial(_settle_name, viewer, now_s) for viewer in renamed], portion=1)
+        in_batches([partial(_run_deferred_name, viewer, now_s) for viewer in renamed], portion=1)
         if self._voices is not None:
-            self._voices.settle(now_s)
+            self._voices.send_changes(now_s)
         yield
         if now_s - self._checked_s >= _CHECK_S:
             self._checked_s = now_s
             self.check_all()
-            self._tell_hosts()
+            self._send_console()
             yield
-        # Or a Stop would move the page once, and the clock that then stands would move it again.
+        # First, or a Stop would shift the page's layout, and its paused clock a second time.
         self._control.tick_turns()
         problem = self._control.robot_state.said
         is_news = self._viewers.take_change() or problem != self._told_problem
-        if is_news or now_s - self._looked_s >= _LOOK_S:
-            self._looked_s, self._told_problem = now_s, problem
-            yield from self._tell(self._clock.now_s())  # no earlier than the turn's clock is told
+        if is_news or now_s - self._polled_s >= _POLL_S:
+            self._polled_s, self._told_problem = now_s, problem
+            # Not `now_s`, which is older than the turn's clock.
+            yield from self._send_changes(self._clock.now_s())
 
     def snapshot(self, now_s: float) -> messages.RoomState:
         """Return the state of the room for everybody."""
@@ -530,7 +531,7 @@ class Room:
             controls=self._control.control_values,
         )
 
-    def _tell_hosts(self) -> None:
+    def _send_console(self) -> None:
         """Send the hosts what only they see."""
         hosts = [one for one in self._viewers if one.visitor.is_host and one.is_ready]
         if not hosts:
@@ -541,16 +542,16 @@ class Room:
             with viewer.boundary:
                 lines.append(self._page_messages.console_line(viewer))
 
-        def tell() -> None:
+        def send() -> None:
             console = self._page_messages.console(lines, self._stops.pressers())
             text = console.model_dump_json()
             for host in hosts:
                 host.send_text(text)
 
-        in_batches([*(partial(add, viewer) for viewer in self._viewers), tell])
+        in_batches([*(partial(add, viewer) for viewer in self._viewers), send])
 
     async def close(self) -> None:
-        """Say goodbye to every page and close its peer; admits nobody any more."""
+        """Say goodbye to every page and close its peer; nobody is admitted any more."""
         self._is_closing = True
         for viewer in self._viewers:
             viewer.send(messages.Goodbye(text=_GOODBYE))
@@ -563,7 +564,7 @@ class Room:
             if viewer.is_in_room(now_s):
                 continue
             if viewer.peer is None:
-                if not self._turns.is_lost(viewer.number):  # their page asks no more
+                if not self._turns.is_lost(viewer.number):  # their page has stopped renewing
                     self._control.lost(viewer.number)
                 since_s = self._gone_since_s.setdefault(viewer.number, now_s)
                 if now_s - since_s >= self._settings.turns.grace_s:
@@ -592,7 +593,7 @@ class Room:
         self._gone_since_s.pop(viewer.number, None)
         self._control.gone(viewer.number)
 
-    def _tell(self, now_s: float) -> Iterator[None]:
+    def _send_changes(self, now_s: float) -> Iterator[None]:
         room = self.snapshot(now_s)
         yield
         update = self._updates.next(room, now_s)
@@ -602,30 +603,30 @@ class Room:
         plain = for_guests(update)
         text = room_change.text_of(plain)
         for_host = text if plain == update else room_change.text_of(update)
-        # Whoever connects meanwhile has been told all of it, and is told some of it again.
+        # A viewer who connects meanwhile already has the whole state, and gets some of it twice.
         in_batches(
-            [partial(_tell, viewer, text, for_host) for viewer in self._viewers if viewer.is_ready]
+            [partial(_send, viewer, text, for_host) for viewer in self._viewers if viewer.is_ready]
         )
 
     def _is_due(self, viewer: Viewer) -> bool:
         return self._rooms.is_due(viewer)
 
-    def _news_for_rooms(self) -> str | None:
+    def _message_for_rooms(self) -> str | None:
         now_s = self._clock.now_s()
-        return self._rooms.news(self.snapshot(now_s), now_s)
+        return self._rooms.message(self.snapshot(now_s), now_s)
 
 
-def _settle(viewer: Viewer, now_s: float) -> None:
+def _run_deferred(viewer: Viewer, now_s: float) -> None:
     with viewer.boundary:
-        viewer.settle(now_s)
+        viewer.run_deferred(now_s)
 
 
-def _settle_name(viewer: Viewer, now_s: float) -> None:
+def _run_deferred_name(viewer: Viewer, now_s: float) -> None:
     with viewer.boundary:
-        viewer.settle_name(now_s)
+        viewer.run_deferred_name(now_s)
 
 
-def _tell(viewer: Viewer, text: str, for_host: str) -> None:
+def _send(viewer: Viewer, text: str, for_host: str) -> None:
     viewer.send_text(for_host if viewer.knows_faults else text)
 
 

@@ -1,7 +1,7 @@
-"""Who has a seat in the rooms of the cluster, and until when. Pure.
+"""Who has a seat in the LiveKit rooms, and until when. Pure.
 
-A seat lasts until its page renews it; so somebody who is sent away, or whose time is over, loses it
-within minutes even where nobody tells the cluster.
+A seat ends unless its page renews it; so somebody who is sent away, or whose time is over, loses it
+within minutes even if nobody tells the cluster.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from wax.access.admission import Visitor
 
 SEAT_S: Final = 420.0
-"""Longer than a token, with what LiveKit allows its clock to be wrong; pages renew before their
-token ends, and give the seat back where they are closed."""
+"""Longer than a token's life plus LiveKit's tolerance for clock error; pages renew before their
+token expires, and return the seat when they are closed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seated:
-    """One page that watches in a room; `rooms` are those that it was told of, the first for now."""
+    """One page that watches in a room; `rooms` are those offered to it, the current one first."""
 
     visitor: Visitor
     tab: str
@@ -34,25 +34,25 @@ class Seated:
 
     @property
     def person(self) -> str:
-        """Their name in the rooms."""
+        """The page's name in the rooms."""
         return person(self.visitor.identity, self.tab)
 
 
 class Seats:
-    """The seats, those first that end first; each costs a few hundred bytes."""
+    """The seats in the order in which they end; each costs a few hundred bytes."""
 
     def __init__(self) -> None:
         self._seats: dict[str, Seated] = {}
         self._tabs: Counter[str] = Counter()
         self._newest: dict[str, str] = {}
-        """By a tab's secret, who it is: without a cookie somebody new at each request."""
+        """The newest person by tab secret: without a cookie, each request is somebody new."""
         self._addresses: defaultdict[str, set[str]] = defaultdict(set)
 
     def __len__(self) -> int:
         return len(self._seats)
 
     def people(self) -> list[str]:
-        """Return everybody's name in the rooms."""
+        """Return all pages' names in the rooms."""
         return list(self._seats)
 
     def get(self, name: str) -> Seated | None:
@@ -73,7 +73,7 @@ class Seats:
 
     def of_identity(self, identity: str) -> list[Seated]:
         """Return all seats of one browser."""
-        if not self._tabs[identity]:  # nearly everybody, asked with each request
+        if not self._tabs[identity]:  # almost always, and this runs on every request
             return []
         return [one for one in self._seats.values() if one.visitor.identity == identity]
 
@@ -87,7 +87,7 @@ class Seats:
 
     def give(self, visitor: Visitor, tab: str, rooms: Sequence[str], now_s: float) -> None:
         """Give a seat, or renew it."""
-        before = self.take(person(visitor.identity, tab))
+        before = self.remove(person(visitor.identity, tab))
         since_s = now_s if before is None else before.since_s
         seated = Seated(visitor, tab, tuple(rooms), now_s + SEAT_S, since_s)
         self._seats[seated.person] = seated
@@ -95,8 +95,8 @@ class Seats:
         self._newest[tab] = seated.person
         self._addresses[visitor.address].add(seated.person)
 
-    def take(self, name: str) -> Seated | None:
-        """Take this person's seat and return it; None if they have none."""
+    def remove(self, name: str) -> Seated | None:
+        """Remove this person's seat and return it; None if they have none."""
         seated = self._seats.pop(name, None)
         if seated is not None:
             address = seated.visitor.address
@@ -111,12 +111,12 @@ class Seats:
         return seated
 
     def expire(self, now_s: float) -> list[Seated]:
-        """Take and return the seats that nobody has renewed."""
+        """Remove and return the seats that nobody has renewed."""
         over: list[Seated] = []
         while self._seats:
             seated = next(iter(self._seats.values()))
             if now_s < seated.until_s:
                 break
-            self.take(seated.person)
+            self.remove(seated.person)
             over.append(seated)
         return over

@@ -1,10 +1,9 @@
-"""What everybody is told of the room, and when. Pure.
+"""When changes of the room are sent to everybody. Pure.
 
-All changes since the last message go in one, and the more it matters the sooner: a turn, a stop or
-a fault of the robot at once, who is here and in which place once a second, names likewise; what
-changes all the time, as an estimated wait does, every five seconds, the wait also with every turn.
-A few at a time are free. So whatever one viewer does costs the others' links less than 2 kB a
-second.
+One message has all changes since the last one. A turn, a Stop or a fault of the robot is sent at
+once; who is here and in which place once a second, and so are names; what changes all the time,
+such as an estimated wait, every five seconds, the wait also with each turn. Short bursts are not
+delayed. So whatever one viewer does costs the others' links less than 2 kB a second.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ _LISTS: Final = {"type": True, "viewers": True}
 
 
 class RoomUpdates:
-    """Keeps what everybody knows; `told` is for who has just connected."""
+    """Tracks the state that everybody has; `told` is that state, for a new viewer."""
 
     def __init__(self, now_s: float) -> None:
         self.told: RoomState | None = None
@@ -59,7 +58,7 @@ class RoomUpdates:
         return between(told, room)
 
     def _allowed(self, told: RoomState, room: RoomState) -> TokenBucket | None:
-        """Return the rate of what has changed, None if nothing has."""
+        """Return the rate limit of what has changed, None if nothing has."""
         before, after = (one.model_dump(exclude=_LISTS | _FLEETING) for one in (told, room))
         if before != after:
             return self._urgent
@@ -76,7 +75,7 @@ def _are_only_renamed(told: list[ViewerInfo], now: list[ViewerInfo]) -> bool:
 
 
 def _without_fleeting(told: RoomState, room: RoomState) -> RoomState:
-    """Leave the estimated wait as it was told where nothing else of a viewer has changed."""
+    """Leave a viewer's estimated wait as it was sent if nothing else of theirs has changed."""
     known = {line.id: line for line in told.viewers}
     return room.model_copy(
         update={"viewers": [_line(known.get(one.id), one) for one in room.viewers]}

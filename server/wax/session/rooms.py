@@ -1,8 +1,7 @@
-"""Those who watch in a room of the cluster: their seats there, their places in the queue here.
+"""People who watch in LiveKit rooms: their seats there, their places in the queue here.
 
 Somebody who waits is a viewer without a peer; their page connects ten seconds before their turn
-(`web/src/rooms/visit.ts`).
-Until it has, no turn of theirs begins (`wax.control.turns`).
+(`web/src/rooms/visit.ts`), which does not begin before it has (`wax.control.turns`).
 """
 
 from __future__ import annotations
@@ -42,18 +41,18 @@ _NO_ROOMS: Final = Sentence("queue.no_rooms")
 _FULL_AFTER_S: Final = 5
 _LEAST_PER_ADDRESS: Final = 4
 _STAYS_S: Final = 20.0
-"""A page that waits asks four times as often."""
+"""A waiting page renews its place four times as often."""
 _DUE_S: Final = 15.0
 _CHECKED_AT_ONCE: Final = 200
-"""A millisecond's work; driving does not wait for a crowd to be looked through."""
+"""A millisecond's work: checking a crowd must not delay driving."""
 _SENT_AWAY_S: Final = 60.0
 
 
 class Rooms:
-    """Gives and takes the seats.
+    """Gives people seats in the rooms, and takes the seats back.
 
-    `wait` tells the turns that a viewer waits in a room, `join` gives them a place in the queue or
-    raises `ForbiddenError`, `forget` drops them.
+    `wait` tells the turns that a viewer waits in a room, `join` puts a viewer into the queue or
+    raises `ForbiddenError`, `forget` drops a viewer.
     """
 
     def __init__(
@@ -102,13 +101,13 @@ class Rooms:
         return None if seated is None else seated.visitor
 
     def since_s(self, address: str) -> dict[str, float]:
-        """Return since when each browser of an address watches in a room."""
+        """Return since when each browser at an address has watched in a room."""
         return self._seats.since_s(address)
 
     def seat(self, visitor: Visitor, tab: str) -> messages.SentToRoom:
-        """Return where somebody may watch; renews a seat that they have.
+        """Give a visitor a seat, or renew theirs, and return where it is.
 
-        Raises `NotAdmittedError` for who may not, and `FullError` where there is no place.
+        Raises `NotAdmittedError` if they may not watch, and `FullError` if no seat is free.
         """
         now_s = self._clock.now_s()
         name = person(visitor.identity, tab)
@@ -137,13 +136,13 @@ class Rooms:
         )
 
     def leave(self, visitor: Visitor, tab: str) -> None:
-        """Take the seat of a page that is closed; it may have none."""
-        self._seats.take(person(visitor.identity, tab))
+        """Take back the seat of a page that is closed, if it has one."""
+        self._seats.remove(person(visitor.identity, tab))
 
-    def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> messages.SentToRoom:
-        """Return a seat for whom there is no place `here`; raises what `seat` does.
+    def seat_instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> messages.SentToRoom:
+        """Give a seat to a visitor who got no place here; raises what `seat` does.
 
-        Without a cluster the reason stays the one that it was.
+        Without a cluster, raise `here`, the reason why they got none.
         """
         if not self._cluster.is_used:
             raise here
@@ -152,22 +151,22 @@ class Rooms:
     def send_away(
         self, identity: str, sentence: Sentence, openings: Sequence[messages.Opening] = ()
     ) -> None:
-        """Take all seats of a browser; for a minute it is told the sentence."""
+        """Take all seats of a browser, and refuse it new ones with the sentence for a minute."""
         for seated in self._seats.of_identity(identity):
             self._end(seated.person, sentence, openings)
 
     def check_all(self) -> None:
-        """Look soon whether everybody may still watch."""
+        """Schedule a check of whether everybody may still watch."""
         self._unchecked = self._seats.people()
 
     def _check_sent_away(self, name: str, now_s: float) -> None:
-        self._sent_away = {one: told for one, told in self._sent_away.items() if now_s < told[2]}
+        self._sent_away = {one: why for one, why in self._sent_away.items() if now_s < why[2]}
         if name in self._sent_away:
             sentence, openings, _ = self._sent_away[name]
             raise NotAdmittedError(sentence, openings)
 
     def _check_room(self, visitor: Visitor) -> None:
-        """Raise `FullError` if there is no place left for one more page of this person."""
+        """Raise `FullError` if there is no seat for one more page of this person."""
         own = self._seats.of_identity(visitor.identity)
         here = [one.visitor for one in self._viewers]
         self._access.admission.check_tabs(visitor, [*here, *(one.visitor for one in own)])
@@ -179,7 +178,7 @@ class Rooms:
             raise FullError(_TOO_MANY, retry_after_s=_FULL_AFTER_S)
 
     def _end(self, name: str, sentence: Sentence, openings: Sequence[messages.Opening]) -> None:
-        self._seats.take(name)
+        self._seats.remove(name)
         self._sent_away[name] = (sentence, openings, self._clock.now_s() + _SENT_AWAY_S)
         self._cluster.remove(name, for_good=True)
 
@@ -188,11 +187,11 @@ class Rooms:
     def queue(
         self, visitor: Visitor, tab: str, wants: Wants, name: str | None = None
     ) -> messages.ViewerInfo:
-        """Do what a page asks for that watches in a room; returns its line in the room.
+        """Carry out the request of a page in a LiveKit room; return its line of the room's state.
 
-        It has to ask again within `_STAYS_S`. `name` is how others are to see it. Raises
-        `NotAdmittedError`, `FullError`, and `ForbiddenError` with the reason why it may not queue:
-        where there are no rooms, nobody can watch and wait elsewhere.
+        The place lapses unless the page asks again within `_STAYS_S`; `name` is shown to others.
+        Raises `NotAdmittedError`, `FullError`, and `ForbiddenError` with the reason why the page
+        may not queue, for example because there are no LiveKit rooms.
         """
         if not self._cluster.is_used:
             raise ForbiddenError(_NO_ROOMS)
@@ -201,19 +200,19 @@ class Rooms:
         if viewer is None:
             if wants != "join":
                 raise ForbiddenError(_NOT_QUEUED)
-            viewer = self._entry.expect(visitor, tab)
+            viewer = self._entry.admit_to_queue(visitor, tab)
         if viewer.peer is None:
-            viewer.be(visitor, self._access.admit(visitor))
+            viewer.update_access(visitor, self._access.admit(visitor))
             self._wait(viewer)
         viewer.in_room_until_s = now_s + _STAYS_S
-        with self._leaving_none(viewer):
-            self._do(viewer, wants)
+        with self._forgetting_unplaced(viewer):
+            self._carry_out(viewer, wants)
             if name is not None:
-                viewer.call(name)
+                viewer.request_name(name)
         self._viewers.changed()
         return self._page_messages.line(viewer, now_s)
 
-    def _do(self, viewer: Viewer, wants: Wants) -> None:
+    def _carry_out(self, viewer: Viewer, wants: Wants) -> None:
         match wants:
             case "join":
                 self._join(viewer)
@@ -225,8 +224,8 @@ class Rooms:
                 pass
 
     @contextmanager
-    def _leaving_none(self, viewer: Viewer) -> Iterator[None]:
-        """Forget a viewer who is not here and has no place when it is over."""
+    def _forgetting_unplaced(self, viewer: Viewer) -> Iterator[None]:
+        """Afterwards forget the viewer if they have neither a peer nor a place."""
         try:
             yield
         finally:
@@ -234,7 +233,7 @@ class Rooms:
                 self._forget(viewer)
 
     def is_due(self, viewer: Viewer) -> bool:
-        """Whether somebody who waits in a room may come, as their turn is near."""
+        """Whether somebody who waits in a room may connect here because their turn is near."""
         place = self._turns.place(viewer.number)
         wait_s = self._turns.wait_s(viewer.number, self._clock.now_s())
         return place in (0, 1) or (wait_s is not None and wait_s <= _DUE_S)
@@ -242,7 +241,7 @@ class Rooms:
     # --- what falls due ----------------------------------------------------------------------
 
     def round(self, now_s: float) -> None:
-        """End what nobody has renewed, and go on looking who may stay; cheap."""
+        """Take back expired seats, and check whether the next people may stay; cheap."""
         for over in self._seats.expire(now_s):
             self._cluster.remove(over.person)
         for name in islice(self._unchecked, _CHECKED_AT_ONCE):
@@ -254,14 +253,17 @@ class Rooms:
                     self._end(name, error.sentence, error.openings)
         del self._unchecked[:_CHECKED_AT_ONCE]
 
-    def news(self, room: messages.RoomState, now_s: float) -> str | None:
-        """Return what all in the rooms are told of the room; None if nobody is there."""
+    def message(self, room: messages.RoomState, now_s: float) -> str | None:
+        """Return the message for everybody in the LiveKit rooms; None if nobody is there."""
         if not len(self._seats):
             return None
-        return self._page_messages.told(room, self._watching(), now_s).model_dump_json()
+        return self._page_messages.for_rooms(room, self._watching(), now_s).model_dump_json()
 
     def _watching(self) -> int:
-        """Count those who only watch or wait, here and there; of both if they came for a turn."""
+        """Count everybody who watches or waits, here or in a LiveKit room, except the operator.
+
+        Somebody who connects here from a room for their turn is in both, and counts once.
+        """
         there = self._cluster.watching
         for viewer in self._viewers:
             is_there = self._seats.get(person(viewer.visitor.identity, viewer.tab)) is not None

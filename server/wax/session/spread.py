@@ -7,13 +7,13 @@ from collections import Counter
 from typing import Final
 
 _STEP: Final = math.log(1.05)
-"""Measurements are counted in steps of 5 %, so the median is that exact."""
+"""Measurements are counted in steps of 5 %, which bounds the median's error."""
 _LEAST: Final = 0.01
 _MOST: Final = 1e9
 
 
 class Spread:
-    """Of measurements that are not negative; what is, or is no number, is left out."""
+    """Counts measurements from 0 to `_MOST`; all others, NaN too, are ignored."""
 
     def __init__(self) -> None:
         self._counts: Counter[int | None] = Counter()

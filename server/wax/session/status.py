@@ -154,7 +154,7 @@ class Status:
         }
 
     def _camera(self, camera: Camera) -> dict[str, object]:
-        """Return what is known of a camera beside the driving view."""
+        """Return the status of a camera other than the driving view."""
         hub = camera.hub
         return {
             "name": camera.name,
@@ -169,11 +169,11 @@ class Status:
         }
 
     def _encoder(self, number: int) -> dict[str, object] | None:
-        """Return what encodes the driving view, 0, or a further camera."""
+        """Return the encoder status of the driving view (0) or of another camera."""
         return self._encoders[number].status() if self._encoders else None
 
     def _voice(self) -> dict[str, object]:
-        """Return what is known of the robot's speaker, nothing where it has none."""
+        """Return the status of the robot's speaker, empty if it has none."""
         if self._speaker is None:
             return {}
         return {

@@ -1,18 +1,17 @@
 """Who may press Stop, on the data channel or by HTTP; the latch decides who may release it.
 
-Everybody may press Stop, also those who want nobody to drive. Each person has a budget, and
-each address has one for all of its people together, in which every press counts, the first one too:
-otherwise forty browsers of one address would press forty times a minute. Part of it is kept for the
-first press a minute of those who are known: the few who have watched longest from there, and for at
-least `KNOWN_S`. So whoever was here before a flood of new browsers stops the robot all the same.
+Everybody may press Stop, even people who want nobody to drive. Each person has a budget, and
+each address has one for all of its people together, in which every press counts, even the first:
+otherwise forty browsers at one address would press forty times a minute. Part of it is reserved for
+the first press a minute of known viewers: the few who have watched longest from that address, for
+at least `KNOWN_S`. So a viewer who was here before a flood of new browsers can still press.
 
-The price: somebody new, at an address whose budget others have just used up, is not heard. It takes
-an attacker at their own address, and the robot was stopped twelve times within that minute. The
+The price: a newcomer at an address whose budget others have just used up is refused. It takes an
+attacker at their own address, and the robot was stopped twelve times within that minute. The
 operator's and the host's own presses always count, and so do everybody's at other addresses.
-A press that leaves the stop in force as it is costs nothing. One that comes again, since the page
-sends it by both ways and until it is answered, is the same press: it has its number, stops nothing
-anew, and costs nothing.
-The host sees who presses, by address, since browsers are cheap, and can ignore an address.
+A press that leaves the Stop in force as it is costs nothing. The page repeats a press, on both
+ways, until it is answered; a repetition has the same number, stops nothing anew, and costs nothing.
+The host sees the presses by address, since browsers are cheap, and can ignore an address.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ TOO_OFTEN: Final = Sentence("stop.too_often")
 
 KNOWN_S: Final = 10.0
 MOST_KNOWN: Final = 8
-"""Of one address; fewer where its budget is small."""
+"""Per address; fewer if its budget is small."""
 _MOST: Final = 1024
 _MOST_TOLD: Final = 8
 _TOLD_S: Final = 600.0
@@ -57,7 +56,7 @@ _TOLD_S: Final = 600.0
 
 @dataclass(slots=True)
 class PressingAddress:
-    """An address that has pressed Stop: `by` whom last, and how often, refused `presses` too."""
+    """An address that has pressed Stop; `by` is the last person, `presses` has refused ones too."""
 
     number: int
     address: str
@@ -67,10 +66,10 @@ class PressingAddress:
 
 
 class StopBudget:
-    """Lets through to the latch whoever may press Stop: by role, not ignored, within the budget.
+    """Passes a press to the latch if its sender may press Stop, is not muted, and has budget left.
 
-    `keep` hears of each change of the latch. `watch` returns who watches from an address, by
-    identity, and since when.
+    `save` is called at each change of the latch. `watching` returns who watches from an address,
+    by identity, and since when.
     """
 
     def __init__(
@@ -82,8 +81,8 @@ class StopBudget:
         turns: Turns,
         control: ControlLoop,
         keeper: RecordKeeper,
-        keep: Callable[[], None],
-        watch: Callable[[str], Mapping[str, float]],
+        save: Callable[[], None],
+        watching: Callable[[str], Mapping[str, float]],
     ) -> None:
         self._settings = settings
         self._clock = clock
@@ -91,8 +90,8 @@ class StopBudget:
         self._turns = turns
         self._control = control
         self._keeper = keeper
-        self._keep = keep
-        self._watch = watch
+        self._save = save
+        self._watching = watching
         address = settings.max_per_minute_per_address
         self._most_known = max(1, min(MOST_KNOWN, address // 2))
         self._people = MinuteLimits(each=settings.max_per_minute, most=_MOST)
@@ -104,13 +103,13 @@ class StopBudget:
 
     @property
     def in_force(self) -> StopRole | None:
-        """The role of who pressed the stop in force; the host's, once they have pressed, too."""
+        """The role that pressed the Stop in force, "host" once the host has pressed it, too."""
         return self._in_force
 
     def press(self, viewer: Viewer | None, press: int | None = None, *, is_host: bool) -> int:
         """Latch the stop before anything else; returns its number. Raises `ForbiddenError`.
 
-        `viewer` is None for a host without a page, `press` for one who does not number them.
+        `viewer` is None for a host without a page, `press` if the sender does not number presses.
         """
         key = ("" if viewer is None else viewer.visitor.identity, press)
         if (taken := self._taken.get(key)) is not None:
@@ -122,7 +121,7 @@ class StopBudget:
         return self._press(viewer, by, self._role(viewer, is_host), key)
 
     def press_from_room(self, visitor: Visitor, press: int | None = None) -> int:
-        """Do the same for somebody who watches in a room of the cluster."""
+        """Do the same for somebody who watches in a LiveKit room."""
         key = (visitor.identity, press)
         if (taken := self._taken.get(key)) is not None:
             return taken
@@ -130,10 +129,10 @@ class StopBudget:
         return self._press(None, FROM_ROOM, "observer", key)
 
     def press_from_house(self) -> int:
-        """Do the same for the host's home automation, which says nothing of who presses there."""
+        """Do the same for the host's home automation, which does not say who pressed."""
         return self._press(None, HOUSE, "house")
 
-    def press_again(self, role: StopRole) -> None:
+    def restore(self, role: StopRole) -> None:
         """Latch the stop that was in force when the last server ended."""
         self._press(None, {"host": HOST, "house": HOUSE}.get(role, BEFORE), role)
 
@@ -145,9 +144,9 @@ class StopBudget:
         self._release(viewer, by, stop, sent_s, self._role(viewer, is_host))
 
     def release_from_house(self, age_s: float) -> None:
-        """Release the stop in force, as that was wanted so long ago; raises `ForbiddenError`.
+        """Release the Stop in force by a request of this age; raises `ForbiddenError`.
 
-        The age is by the sender's clock: where it differs from ours, to press again is in vain.
+        The age is by the sender's clock: while it differs from ours, pressing again is in vain.
         """
         stop, sent_s = self._control.latched, self._clock.now_s() - age_s
         said = {
@@ -157,9 +156,9 @@ class StopBudget:
         self._release(None, "house", 0 if stop is None else stop.number, sent_s, "house", said=said)
 
     def pressers(self) -> list[PressingAddress]:
-        """Return the addresses of the last ten minutes, and those that are ignored; newest first.
+        """Return the addresses that pressed in the last ten minutes, or are muted; newest first.
 
-        Without the operator's and the host's own presses.
+        The operator's and the host's own presses are left out.
         """
         since_s, muted = self._clock.now_s() - _TOLD_S, self._decisions.muted_addresses
         told = [one for one in self._pressers.values() if one.newest_s >= since_s]
@@ -189,7 +188,7 @@ class StopBudget:
             release_after_s=self._settings.release_after_s,
         )
         self._in_force = "host" if role == "host" else self._in_force or role
-        self._keep()
+        self._save()
         self._keeper.stop_pressed(viewer, str(by), number, role)
         if key[1] is not None:
             self._taken[key] = number
@@ -211,7 +210,7 @@ class StopBudget:
         if refusal is not None:
             raise ForbiddenError((said or {}).get(refusal, refusal.value))
         self._in_force = None
-        self._keep()
+        self._save()
         name = str(HOUSE if by == "house" else HOST) if viewer is None else viewer.name
         self._keeper.stop_released(viewer, name, stop, role)
 
@@ -225,7 +224,7 @@ class StopBudget:
         if visitor is None or self._settings.by != "everybody":
             raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
         now_s = self._clock.now_s()
-        self._note(visitor.address, by, now_s)
+        self._count_press(visitor.address, by, now_s)
         decisions = self._decisions
         if visitor.identity in decisions.muted or visitor.address in decisions.muted_addresses:
             raise ForbiddenError(MUTED)
@@ -234,7 +233,7 @@ class StopBudget:
             raise ForbiddenError(TOO_OFTEN)
 
     def _has_budget(self, visitor: Visitor, now_s: float) -> bool:
-        """Whether this press counts; one beyond a person's own costs their address nothing."""
+        """Whether this press counts; one beyond the person's budget costs their address nothing."""
         own = self._people.taken(visitor.identity, now_s)
         return (
             own < self._settings.max_per_minute
@@ -247,13 +246,13 @@ class StopBudget:
 
     def _is_known(self, visitor: Visitor, now_s: float) -> bool:
         """Whether somebody is among the few of their address who have watched longest."""
-        since = {who: (since_s, who) for who, since_s in self._watch(visitor.address).items()}
+        since = {who: (since_s, who) for who, since_s in self._watching(visitor.address).items()}
         own = since.get(visitor.identity)
         if own is None or now_s - own[0] < KNOWN_S:
             return False
         return sum(other < own for other in since.values()) < self._most_known
 
-    def _note(self, address: str, by: Sentence, now_s: float) -> None:
+    def _count_press(self, address: str, by: Sentence, now_s: float) -> None:
         one = self._pressers.pop(address, None)
         if one is None:
             self._numbers += 1

@@ -1,4 +1,4 @@
-"""Tells the tape what happens in the room; whatever goes wrong here stays here."""
+"""Records on the tape what happens in the room; contains its own errors."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
-from wax.protocol import messages
-from wax.protocol import tape_events as told
+from wax.protocol import messages, tape_events
 from wax.protocol.events import TapeKept
 from wax.sentence import Sentence
 from wax.session.record_keeper import name_of, why_stopped
@@ -33,19 +32,19 @@ if TYPE_CHECKING:
     from wax.tape.retention import Keeper
 
 KEPT_S: Final = 120.0
-_LOOK_S: Final = 1.0
+_POLL_S: Final = 1.0
 _POSE_S: Final = 0.1
 _REPEAT_S: Final = 1.0
-"""What has not changed is written so often all the same, for whoever reads only a piece."""
+"""Unchanged values are written this often, for a reader who has only a part of the tape."""
 _KEEP_GAP_S: Final = 5.0
-"""Each time the folder is read; a bad link stops the robot again and again."""
+"""Each time the folder is read, and a bad link stops the robot again and again."""
 
 _KEPT: Final = Sentence("tape.kept")
 _PRESSED: Final = "pressed"
 
 
 class TapeKeeper:
-    """A listener of the control loop, which also looks at the viewers once a second.
+    """Listens to the control loop, and polls the viewers once a second.
 
     `latched` and `robot` return the stop in force and the robot's state. No method raises.
     """
@@ -75,30 +74,30 @@ class TapeKeeper:
         self._operator: int | None = None
         self._stop: LatchedStop | None = None
         self._drive_status: DriveStatus | None = None
-        self._newest: dict[str, tuple[told.TapeEvent, float]] = {}
+        self._newest: dict[str, tuple[tape_events.TapeEvent, float]] = {}
         self._names: dict[int, str] = {}
         self._kept_s = {"host": float("-inf"), "operator": float("-inf"), "fault": float("-inf")}
         self._contained = FirstErrorLogged("the tape is incomplete")
-        """Around all that is done here: a tape is never worth a stop."""
+        """Wraps all work here: a failing tape must never stop the robot."""
 
     async def run(self) -> None:
-        """Look until cancelled."""
+        """Poll until cancelled."""
         while True:
-            self.look()
-            await asyncio.sleep(_LOOK_S)
+            self.poll()
+            await asyncio.sleep(_POLL_S)
 
     def status(self) -> messages.Tape:
-        """Return what everybody is told of the tape."""
+        """Return the recording's status, as everybody sees it."""
         problem = self._recorder.problem
         if problem is None:
             return self._runs
         return messages.Tape(running=False, why=Sentence("tape.stands", {"why": problem}))
 
     def keep(self, role: Role) -> Sentence:
-        """Keep the last two minutes for somebody in charge; return a sentence for them."""
+        """Keep the last two minutes for the host or the operator; return the answer for them."""
         self._keep("host" if role == "host" else "operator")
-        told = self.status()
-        return _KEPT if told.running else Sentence("tape.kept_but", {"but": told.why})
+        status = self.status()
+        return _KEPT if status.running else Sentence("tape.kept_but", {"but": status.why})
 
     # --- the control loop's ------------------------------------------------------------------
 
@@ -106,7 +105,7 @@ class TapeKeeper:
         with self._contained:
             seen_s = command.seen_s
             self._recorder.event(
-                told.Commanded(
+                tape_events.Commanded(
                     viewer=viewer,
                     seq=command.seq,
                     turn=command.turn,
@@ -128,8 +127,8 @@ class TapeKeeper:
             reason = None
             if wanted.reason is not None:
                 reason = _PRESSED if self._stop is not None else name_of(wanted.reason)
-            self._changed(
-                told.Steered(
+            self._write_changed(
+                tape_events.Steered(
                     turn=turn,
                     linear_mps=sent.linear_mps,
                     angular_rps=sent.angular_rps,
@@ -140,54 +139,53 @@ class TapeKeeper:
                 ),
                 now_s,
             )
-            self._report(self._robot(), now_s)
+            self._write_robot(self._robot(), now_s)
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
         with self._contained:
             now_s = self._clock.now_s()
             for event in events:
                 if isinstance(event, TurnStarted):
-                    self._operator = event.operator
-                    turned = told.Turned(number=event.number, operator=event.operator, why=None)
+                    self._operator, why = event.operator, None
                 elif isinstance(event, TurnEnded):
-                    self._operator = None
-                    turned = told.Turned(number=event.number, operator=None, why=event.why.value)
+                    self._operator, why = None, event.why.value
                 else:
                     continue
+                turned = tape_events.Turned(number=event.number, operator=self._operator, why=why)
                 self._recorder.event(turned, now_s, lasts_as="turned")
 
     def drive_status(
         self, number: int, moving: bool, reason: Sentence | None, _share: float
     ) -> None:
-        """Keep the last two minutes when the robot was stopped by a fault."""
+        """Keep the last two minutes if a fault has stopped the robot."""
         with self._contained:
             before, self._drive_status = self._drive_status, (number, moving, reason)
             why = why_stopped(before, self._drive_status)
             if why is None or self._latched() is not None:
                 return
-            self._recorder.event(told.Faulted(operator=number, why=why), self._clock.now_s())
+            self._recorder.event(tape_events.Faulted(operator=number, why=why), self._clock.now_s())
             self._keep("fault")
 
     # --- the viewers -------------------------------------------------------------------------
 
-    def look(self) -> None:
-        """Write down how everybody has it."""
+    def poll(self) -> None:
+        """Record how each viewer is served."""
         with self._contained:
             now_s = self._clock.now_s()
             for viewer in self._viewers:
                 with viewer.boundary:
                     if viewer.is_ready:
                         self._recorder.event(self._watched(viewer), now_s)
-                        self._name(viewer, now_s)
+                        self._write_name(viewer, now_s)
             self._forget_names()
 
-    def _watched(self, viewer: Viewer) -> told.Watched:
+    def _watched(self, viewer: Viewer) -> tape_events.Watched:
         one_way_s = viewer.link.one_way_s
         picture = None if viewer.report is None else viewer.report.picture
         sound = None if viewer.report is None else viewer.report.sound
         served: dict[str, Any] = viewer.streams.status()
         reason = served.get("reason")
-        return told.Watched(
+        return tape_events.Watched(
             viewer=viewer.number,
             drives=viewer.number == self._operator,
             round_trip_ms=None if one_way_s is None else _ms(2 * one_way_s),
@@ -203,14 +201,14 @@ class TapeKeeper:
             why=None if reason is None else str(reason),
         )
 
-    def _name(self, viewer: Viewer, now_s: float) -> None:
+    def _write_name(self, viewer: Viewer, now_s: float) -> None:
         if self._has_names and self._names.get(viewer.number) != viewer.name:
             self._names[viewer.number] = viewer.name
-            named = told.Named(viewer=viewer.number, name=viewer.name)
+            named = tape_events.Named(viewer=viewer.number, name=viewer.name)
             self._recorder.event(named, now_s, lasts_as=("named", viewer.number))
 
     def _forget_names(self) -> None:
-        """Have no part begin with the names of people who have left."""
+        """Forget people who have left, so that no further part begins with their names."""
         for number in self._names.keys() - {viewer.number for viewer in self._viewers}:
             del self._names[number]
             self._recorder.forget(("named", number))
@@ -221,19 +219,19 @@ class TapeKeeper:
         before, self._stop = self._stop, stop
         number = None if stop is None else stop.number
         if before is not None and before.number != number:
-            self._tell_stop(before, now_s, pressed=False)
+            self._write_stop(before, now_s, pressed=False)
         if stop is not None and (before is None or before.number != number):
-            self._tell_stop(stop, now_s, pressed=True)
+            self._write_stop(stop, now_s, pressed=True)
 
-    def _tell_stop(self, stop: LatchedStop, now_s: float, *, pressed: bool) -> None:
-        stopped = told.Stopped(
+    def _write_stop(self, stop: LatchedStop, now_s: float, *, pressed: bool) -> None:
+        stopped = tape_events.Stopped(
             number=stop.number, pressed=pressed, viewer=stop.viewer, by_host=stop.by_host
         )
         self._recorder.event(stopped, now_s, lasts_as="stopped")
 
-    def _report(self, state: RobotState, now_s: float) -> None:
+    def _write_robot(self, state: RobotState, now_s: float) -> None:
         pose, battery_v = state.pose, _known(state.battery_v)
-        reported = told.Reported(
+        reported = tape_events.Reported(
             connected=state.connected,
             problem=None if state.said is None else str(state.said),
             moving=state.moving,
@@ -244,12 +242,12 @@ class TapeKeeper:
             battery_v=None if battery_v is None else round(battery_v, 1),
             battery_fraction=_known(state.battery_fraction),
         )
-        self._changed(reported, now_s, gap_s=_POSE_S if pose is not None else 0.0)
+        self._write_changed(reported, now_s, gap_s=_POSE_S if pose is not None else 0.0)
 
-    def _changed(
-        self, event: told.Steered | told.Reported, now_s: float, gap_s: float = 0.0
+    def _write_changed(
+        self, event: tape_events.Steered | tape_events.Reported, now_s: float, gap_s: float = 0.0
     ) -> None:
-        """Record what is new; what is not, now and then; and nothing sooner than after `gap_s`."""
+        """Record a change after `gap_s` at the earliest, an unchanged value every `_REPEAT_S`."""
         before, told_s = self._newest.get(event.type, (None, float("-inf")))
         if now_s - told_s >= (_REPEAT_S if event == before else gap_s):
             self._newest[event.type] = (event, now_s)
@@ -260,7 +258,7 @@ class TapeKeeper:
         if now_s - self._kept_s[by] >= _KEEP_GAP_S:
             self._kept_s[by] = now_s
             self._recorder.keep(now_s - KEPT_S, by)
-            self._event_maker.tell(TapeKept(by=by))
+            self._event_maker.publish(TapeKept(by=by))
 
 
 def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool) -> Sentence:
@@ -274,7 +272,7 @@ def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool
 
 
 def _known(value: float | None) -> float | None:
-    """Return what a robot says as far as it is a number: a tape has neither NaN nor infinity."""
+    """Return a robot's value, None for NaN and infinity: a tape has neither."""
     return value if value is not None and math.isfinite(value) else None
 
 

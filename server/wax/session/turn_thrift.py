@@ -1,7 +1,7 @@
-"""Which turns are recorded and told one by one: of a flood of empty ones only their number. Pure.
+"""Which turns are reported one by one; of a flood of empty ones only the number is. Pure.
 
-Whoever joins an idle robot's queue and leaves it, has had a turn. Some of them could have a hundred
-a second, and fill a disk and every receiver of events with them.
+Joining an idle robot's queue and leaving it is a turn. A few people could have a hundred a second,
+and fill a disk and every receiver of events with them.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ LASTS_S: Final = 2.0
 
 
 class TurnThrift:
-    """Twenty turns are told as they begin, and one more each five seconds.
+    """Reports twenty turns as they begin, and one more every five seconds.
 
-    Any other is told once it has lasted for two seconds, or its operator has driven; `left_out`
+    Any other is reported once it has lasted for two seconds, or its operator has driven; `left_out`
     counts those that ended before.
     """
 
@@ -31,12 +31,12 @@ class TurnThrift:
         self.left_out = 0
 
     def began(self, turn: TurnStarted, now_s: float) -> bool:
-        """Whether this turn is told now."""
+        """Whether to report this turn now."""
         self._held = None if self._allowed.take(now_s) else (turn, now_s)
         return self._held is None
 
     def due(self, now_s: float, *, is_driven: bool = False) -> TurnStarted | None:
-        """Return the turn that is to be told after all."""
+        """Return the turn to report belatedly, None if there is none."""
         held = self._held
         if held is None or (now_s - held[1] < LASTS_S and not is_driven):
             return None
@@ -44,6 +44,6 @@ class TurnThrift:
         return held[0]
 
     def ended(self) -> None:
-        """Note that the turn is over; one that was not told will not be."""
+        """Note that the turn is over; if it was not reported, it never will be."""
         self.left_out += self._held is not None
         self._held = None

@@ -44,26 +44,26 @@ _DRIVE_HZ: Final = 100.0
 _DRIVE_BURST: Final = 200
 _COMMANDS_HZ: Final = 60.0
 _COMMANDS_BURST: Final = 120
-"""As many as a link may hold back for two seconds."""
+"""As many as a link may hold back in two seconds."""
 _SETS_HZ: Final = 10.0
 _SETS_BURST: Final = 20
-"""What is set is sent again until it is answered, so what is over the rate is only put off."""
+"""The page repeats a setting until it is answered, so one over the rate is only delayed."""
 _NAMES_HZ: Final = 0.5
 _WANTS_HZ: Final = 1.0
 _WANTS_BURST: Final = 8
-"""Each may ask for another rendition, which begins with a keyframe for all who see it."""
+"""Each may ask for another rendition, whose viewers then all get a keyframe."""
 _KEYFRAMES_HZ: Final = 0.5
 _KEYFRAMES_BURST: Final = 8
 """A browser repeats its request until a keyframe comes; everybody else pays for it."""
 _MOVES_HZ: Final = 1.0
 _MOVES_BURST: Final = 2
-"""A phone leaves one network for another, and perhaps comes back; whoever swaps addresses without
-end gets what each change costs so often."""
+"""A phone may change the network and change back; a page that swaps addresses without end makes
+the server pay for a change no more often than this."""
 _DRIVE_STATUS_S: Final = 0.3
 _THIN_DRIVE_STATUS_S: Final = 1.0
-"""Over a thin link, on which they change with every picture that is late."""
+"""Over a thin link, where the status changes with every late picture."""
 _MAX_STOP_CHARS: Final = 48
-"""Longer messages over the rate limit are not even checked for a stop."""
+"""Longer messages over the rate limit are not even checked for a Stop."""
 
 
 _ONLY_LATE: Final = (
@@ -72,7 +72,7 @@ _ONLY_LATE: Final = (
     Refusal.TOO_SLOW,
     Refusal.FROM_FUTURE,
 )
-"""What is refused for one of these may count when it is sent again."""
+"""A message that is refused for one of these may count when the page repeats it."""
 
 _NOT_UNDERSTOOD: Final = Sentence("request.not_understood")
 
@@ -138,7 +138,7 @@ class Viewer:
         self.wants_picture = True
         self._wanted: messages.Want | None = None
         self.in_room_until_s = float("-inf")
-        """Until then they watch in a room, and keep a place here without a peer."""
+        """Until then the viewer watches in a LiveKit room and keeps a place here without a peer."""
         self._clock = clock
         self._counters = counters
         self._service = service
@@ -147,8 +147,8 @@ class Viewer:
         now_s = clock.now_s()
         state = service.state_messages
         self.drive_status: messages.DriveStatus | None = None
-        """The status of their commands, None until they drive."""
-        self._drive_told: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
+        """The status of this viewer's commands, None before the first."""
+        self._drive_sent: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
         self._is_misunderstood = False
         self._limits = {
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
@@ -161,15 +161,15 @@ class Viewer:
             weak_callback(self._ask_name), TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
         )
         self._wants = LastWins(
-            weak_callback(self._want),
+            weak_callback(self._choose_streams),
             TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s),
         )
         self._looks = LastWins(
-            weak_callback(self._look),
+            weak_callback(self._choose_cameras),
             TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s),
         )
         self._moves = LastWins(
-            weak_callback(self._begin_anew),
+            weak_callback(self._restart_streams),
             TokenBucket(rate_hz=_MOVES_HZ, burst=_MOVES_BURST, now_s=now_s),
         )
         self._camera_keyframes = TokenBucket(
@@ -177,15 +177,15 @@ class Viewer:
         )
         self.streams = service.streams(weakref.proxy(self), sync)
 
-    def be(self, visitor: Visitor, grant: Grant) -> None:
-        """Be who the door says, with what they may do now, and hear no more if they may not."""
+    def update_access(self, visitor: Visitor, grant: Grant) -> None:
+        """Replace visitor and grant; start or stop the sound if the right to hear has changed."""
         may_hear, self.visitor, self.grant = self.grant.hear, visitor, grant
         if grant.hear != may_hear and self._wanted is not None:
             with self.boundary:
-                self._want(self._wanted)
+                self._choose_streams(self._wanted)
 
     def is_in_room(self, now_s: float) -> bool:
-        """Whether they watch in a room, and only wait here."""
+        """Whether this viewer watches in a LiveKit room, and only waits here."""
         return self.peer is None and now_s < self.in_room_until_s
 
     # --- the peer's life -------------------------------------------------------------------
@@ -204,7 +204,7 @@ class Viewer:
         self.is_ready = False
         self._wanted = None
         self.report = None
-        self.drive_status, self._drive_told = None, (None, float("-inf"))
+        self.drive_status, self._drive_sent = None, (None, float("-inf"))
         self._is_misunderstood = False
 
     def _make_boundary(self) -> ErrorBoundary:
@@ -233,11 +233,11 @@ class Viewer:
         self.streams.ready()
 
     def moved(self) -> None:
-        self.link = LinkMonitor(self._clock.now_s())  # the delay of the other network was another
+        self.link = LinkMonitor(self._clock.now_s())  # the other network had another delay
         self._events.viewer_moved(self)
-        self._moves.ask(None, self._clock.now_s())
+        self._moves.submit(None, self._clock.now_s())
 
-    def _begin_anew(self, _moved: None) -> None:
+    def _restart_streams(self, _moved: None) -> None:
         _LOG.info("a viewer goes on from another address", viewer=self.number)
         with self.boundary:
             self.streams.moved()
@@ -247,7 +247,7 @@ class Viewer:
         self._events.viewer_closed(self, peer)
 
     def keyframe_wanted(self, camera: int | None = None) -> None:
-        # Apart, so that no other camera's losses keep the driving view from its keyframes.
+        # Two budgets, so that losses on other cameras never cost the driving view a keyframe.
         bucket = self._keyframes if camera is None else self._camera_keyframes
         if not bucket.take(self._clock.now_s()):
             self._counters.add("keyframes refused")
@@ -276,13 +276,13 @@ class Viewer:
 
     @property
     def knows_faults(self) -> bool:
-        """Whether they are told the particulars of what fails."""
+        """Whether this viewer may read the details of faults."""
         return permissions.may(self._events.viewer_role(self), permissions.DIAGNOSIS)
 
     def send(self, message: BaseModel) -> None:
-        """Send on the reliable channel, as far as they may know it."""
-        told = message if self.knows_faults else for_guests(message)
-        self.send_text(told.model_dump_json())
+        """Send on the reliable channel, without the details of faults unless `knows_faults`."""
+        known = message if self.knows_faults else for_guests(message)
+        self.send_text(known.model_dump_json())
 
     def send_text(self, text: str) -> None:
         """Send a text that was encoded once for everybody."""
@@ -293,44 +293,44 @@ class Viewer:
             if self.peer is not None:
                 self.peer.send(channel, text)
 
-    def call(self, name: str) -> None:
-        """Have others see this name, if it may be; soon, where it was another just now."""
-        self._names.ask(name, self._clock.now_s())
+    def request_name(self, name: str) -> None:
+        """Ask the room for this name, at most once in two seconds; the last request wins."""
+        self._names.submit(name, self._clock.now_s())
 
     @property
     def has_name_waiting(self) -> bool:
         return self._names.is_waiting
 
-    def settle_name(self, now_s: float) -> None:
-        """Take the name that was put off: to compare it with everybody's takes a millisecond."""
-        self._names.settle(now_s)
+    def run_deferred_name(self, now_s: float) -> None:
+        """Run the deferred request for a name: comparing it with all others takes a millisecond."""
+        self._names.run_waiting(now_s)
 
-    def settle(self, now_s: float) -> None:
-        """Do what was put off, but for the name, a few times a second."""
-        self._wants.settle(now_s)
-        self._looks.settle(now_s)
-        self._moves.settle(now_s)
-        self.tell_drive_status(now_s)
+    def run_deferred(self, now_s: float) -> None:
+        """Run the deferred requests, except for a name; call it a few times a second."""
+        self._wants.run_waiting(now_s)
+        self._looks.run_waiting(now_s)
+        self._moves.run_waiting(now_s)
+        self.send_drive_status(now_s)
 
-    def tell_drive_status(self, now_s: float) -> None:
+    def send_drive_status(self, now_s: float) -> None:
         """Send the status of the commands when it has changed, a few times a second at most.
 
         On a bad link every second command may be too old; reporting each would add to the load.
         """
         if not self.is_ready:
             return  # send it once the page is connected
-        told, told_s = self._drive_told
+        sent, sent_s = self._drive_sent
         every_s = _THIN_DRIVE_STATUS_S if self.streams.is_thin else _DRIVE_STATUS_S
-        if self.drive_status not in (None, told) and now_s - told_s >= every_s:
-            self._drive_told = self.drive_status, now_s
+        if self.drive_status not in (None, sent) and now_s - sent_s >= every_s:
+            self._drive_sent = self.drive_status, now_s
             self.send(self.drive_status)
 
     def hold_back(self, least_ms: float) -> bool:
-        """Make the browser hold pictures back at least this long; False if it cannot."""
+        """Make the browser hold pictures back for at least this long; False if it cannot."""
         return self.peer is not None and self.peer.hold_back(least_ms)
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
-        """Change the policy with the role, without interrupting the streams."""
+        """Apply the policy of a new role, without interrupting the streams."""
         self.streams.follow(sync, drives=drives)
 
     # --- from the page ---------------------------------------------------------------------
@@ -338,7 +338,7 @@ class Viewer:
     def received(self, channel: Channel, data: str | bytes) -> None:
         """Handle a message; never raises, since that would close the peer.
 
-        Who was sent away has a connection for a moment longer, on which nothing counts any more.
+        A viewer who was sent away stays connected for a moment, and is ignored.
         """
         if self.peer is None:
             return
@@ -361,13 +361,13 @@ class Viewer:
         except ProtocolError as error:
             self._counters.add("messages refused")
             _LOG.debug("message refused", viewer=self.number, error=str(error))
-            self._tell_misunderstood()
+            self._report_misunderstood()
         except Exception:
             self._counters.add("messages failed")
             _LOG.exception("message failed", viewer=self.number, channel=channel)
 
-    def _tell_misunderstood(self) -> None:
-        """Say so, once a connection: a page that was open through an update drives in vain."""
+    def _report_misunderstood(self) -> None:
+        """Tell the page, once per connection: it may predate an update, and drive in vain."""
         if self.is_ready and not self._is_misunderstood:
             self._is_misunderstood = True
             self.send(messages.Notice(text=_NOT_UNDERSTOOD))
@@ -376,17 +376,17 @@ class Viewer:
         now_s = self._clock.now_s()
         match message:
             case messages.Drive():
-                # One that holds nothing can only stop the robot.
+                # A command that holds nothing can only stop the robot.
                 if message.held and not self._commands.take(now_s):
                     self._counters.add("messages over the rate")
                     return
                 heard_s = self._beats.sent_s(message.beat)
                 seen_s = self._seen_s(message)
                 self._events.viewer_drives(self, command_of(message, heard_s, seen_s))
-                self._beat(now_s)
+                self._send_beat(now_s)
             case messages.Operate():
                 self._operate(message, now_s)
-                self._beat(now_s)
+                self._send_beat(now_s)
             case messages.Ping():
                 round_trip_s = self.link.pinged(
                     message.id, message.pong_id, message.pong_held_ms, now_s
@@ -408,21 +408,21 @@ class Viewer:
                 self.streams.reported(_playout(message))
 
     def _seen_s(self, message: messages.Drive) -> float | None:
-        """Return the capture time of the picture that they see: none that was not sent to them."""
+        """Return the capture time of the picture on the page: at most the newest one sent."""
         sent_s = None if self.peer is None else self.peer.newest_picture_s
         if message.seen_server_ms is None or sent_s is None:
             return None
         return min(message.seen_server_ms / 1000, sent_s)
 
-    def _beat(self, now_s: float) -> None:
-        """Let a page that sends commands hear a beat, without which they count for nothing."""
+    def _send_beat(self, now_s: float) -> None:
+        """Send a beat if one is due: a command that quotes no recent beat is refused."""
         if not self._beats.is_due(now_s, is_thin=False):
             return
         if self._beats.is_due(now_s, is_thin=self.streams.is_thin):
             self._send("drive", compact.write(messages.Beat(beat=self._beats.send(now_s))))
 
     def release_sent_s(self, release: messages.Release) -> float:
-        """Return when a release of Stop counts as sent, as far as its beat lets it be late."""
+        """Return when a release of Stop counts as sent; its beat limits how late that can be."""
         return min(release.sent_server_ms / 1000, self._beats.sent_s(release.beat) + CALM_HELD_S)
 
     def _operate(self, message: messages.Operate, now_s: float) -> None:
@@ -442,7 +442,7 @@ class Viewer:
     def _on_state(self, message: messages.StateIn) -> None:
         match message:
             case messages.SetName():
-                self.call(message.name)
+                self.request_name(message.name)
             case messages.Join() | messages.Leave() | messages.Here() | messages.KeepTape():
                 self._events.viewer_asks(self, message)
             case messages.Stop():
@@ -450,9 +450,9 @@ class Viewer:
             case messages.Release():
                 self._events.viewer_releases(self, message)
             case messages.Want():
-                self._wants.ask(message, self._clock.now_s())
+                self._wants.submit(message, self._clock.now_s())
             case messages.Look():
-                self._looks.ask(message, self._clock.now_s())
+                self._looks.submit(message, self._clock.now_s())
             case messages.Received():
                 self._received(message)
             case _:
@@ -461,7 +461,7 @@ class Viewer:
     def _ask_name(self, name: str) -> None:
         self._events.viewer_wants_name(self, clean_name(name))
 
-    def _want(self, want: messages.Want) -> None:
+    def _choose_streams(self, want: messages.Want) -> None:
         if want.size not in self._service.sizes:
             self._counters.add("requests refused")
             sizes = ", ".join(self._service.sizes)
@@ -477,7 +477,7 @@ class Viewer:
             policy=want.policy,
         )
 
-    def _look(self, look: messages.Look) -> None:
+    def _choose_cameras(self, look: messages.Look) -> None:
         if look.large is not None and look.large >= len(self._service.cameras):
             self._counters.add("requests refused")
             refusal = Sentence("want.no_camera", {"number": look.large + 1})
@@ -496,7 +496,7 @@ def _parsed(channel: Channel, data: str | bytes) -> messages.DriveIn | messages.
 
 
 def _is_stop(channel: Channel, data: str | bytes) -> bool:
-    """Whether this is a stop, the one message that no rate limit applies to."""
+    """Whether this is a Stop, the only message without a rate limit."""
     if channel != "state" or len(data) > _MAX_STOP_CHARS:
         return False
     with suppress(ProtocolError):
@@ -521,7 +521,7 @@ def command_of(message: messages.Drive, heard_s: float, seen_s: float | None) ->
 
 
 def operation_of(message: messages.Operate, heard_s: float) -> Operation:
-    """Convert what a page asks of the controls; its timestamp becomes seconds."""
+    """Convert a page's request to the controls; its timestamp becomes seconds."""
     return Operation(
         seq=message.seq,
         turn=message.turn,

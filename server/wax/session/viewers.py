@@ -26,7 +26,7 @@ _TOLD: Final = {
     Why.ENDED: Sentence("turn.ended"),
     Why.NOT_ALLOWED: Sentence("queue.not_invited"),
 }
-"""What an operator is told of the end of a turn that they did not expect."""
+"""What an operator reads when their turn ends unexpectedly."""
 
 
 class Viewers:
@@ -67,7 +67,7 @@ class Viewers:
         return next((one for one in self.of_identity(identity) if one.tab == tab), None)
 
     def of_secret(self, tab: str) -> Viewer | None:
-        """Return the newest viewer whose tab this is, of whichever browser; None if none is."""
+        """Return the newest viewer with this tab secret, of any browser; None if there is none."""
         if not (tab and tab.isascii()):
             return None
         return next((one for one in reversed([*self]) if compare_digest(one.tab, tab)), None)
@@ -92,15 +92,15 @@ class Viewers:
     # --- callbacks of the control loop -------------------------------------------------------
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
-        """Follow the turns: change policies with the roles, and inform everybody."""
+        """Apply the policy of each new role, and inform everybody."""
         for event in events:
             why = event.why.value if isinstance(event, TurnEnded) else None
             number = getattr(event, "number", None)
             _LOG.info("turn", what=type(event).__name__, number=number, why=why)
             if isinstance(event, TurnEnded) and event.why in _TOLD:
-                self._tell(event.operator, _TOLD[event.why])
+                self._notify(event.operator, _TOLD[event.why])
             elif isinstance(event, PlaceLost) and event.why is not None:
-                self._tell(event.viewer, event.why)
+                self._notify(event.viewer, event.why)
         roles = {one.operator for one in events if isinstance(one, TurnStarted | TurnEnded)}
         for viewer in filter(None, map(self.numbered, roles)):
             drives = viewer.number == self._turns.operator
@@ -108,7 +108,7 @@ class Viewers:
                 viewer.follow(self._sync.operator if drives else self._sync.observer, drives=drives)
         self.changed()
 
-    def _tell(self, number: int, sentence: Sentence) -> None:
+    def _notify(self, number: int, sentence: Sentence) -> None:
         if (viewer := self._viewers.get(number)) is not None:
             viewer.send(messages.Notice(text=sentence))
 

@@ -1,4 +1,4 @@
-"""Who speaks through the robot: one at a time, decided for each packet by who its sender is now."""
+"""Who speaks through the robot: one at a time, decided for each packet by its sender's role."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from wax.voice.packet import VoicePacket
 
 _PACKETS_HZ: Final = 110.0
-"""Packets of 10 ms, and a clock that runs ahead."""
+"""Packets of 10 ms, with a margin for a fast clock."""
 _PACKETS_BURST: Final = 60
-"""What a link may hold back for more than half a second; all of it is too late then."""
+"""What a link may hold back in more than half a second; older packets are too late anyway."""
 _OVER_S: Final = 0.5
-"""Who has sent nothing for this long has stopped speaking."""
+"""A viewer who sends nothing for this long has stopped speaking."""
 _TELL_S: Final = 0.3
 
 _ONLY: Final = Sentence("voice.not_yours")
@@ -49,7 +49,7 @@ class Output(Protocol):
 
 @dataclass(slots=True)
 class _Speaking:
-    """Somebody who sends sound, and what their page was told."""
+    """A viewer who sends sound, and what their page was told."""
 
     viewer: Viewer
     bucket: TokenBucket
@@ -60,9 +60,9 @@ class _Speaking:
 
 
 class Voices:
-    """Hands a voice to the `speaker`, or tells its sender why not; never raises.
+    """Passes a voice to the `speaker`, or tells its sender why not; never raises.
 
-    `role` says what a viewer is now. Call all methods from the event loop.
+    `role` returns a viewer's current role. Call all methods from the event loop.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Voices:
             problem=self._speaker.problem,
         )
 
-    def heard(self, viewer: Viewer, packet: VoicePacket | None) -> None:
+    def receive(self, viewer: Viewer, packet: VoicePacket | None) -> None:
         """Handle a packet of a viewer's voice, None for one that could not be read."""
         with viewer.boundary:
             now_s = self._clock.now_s()
@@ -116,7 +116,7 @@ class Voices:
                     self._counters.add(f"voice packets {one.verdict.value}")
 
     def check(self) -> None:
-        """Silence whoever may not speak any more, at once: call it when a turn ends."""
+        """Silence a speaker who may no longer speak, at once: call it when a turn ends."""
         holder = self._floor.holder(self._clock.now_s())
         if holder is None:
             return
@@ -125,8 +125,8 @@ class Voices:
             self._floor.clear()
             self._speaker.hush()
 
-    def settle(self, now_s: float) -> None:
-        """Tell the pages what has changed; call it some times a second."""
+    def send_changes(self, now_s: float) -> None:
+        """Tell the pages what has changed; call it a few times a second."""
         self.check()
         for number, one in list(self._speaking.items()):
             is_over = now_s - one.came_s > _OVER_S

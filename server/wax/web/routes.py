@@ -320,7 +320,7 @@ class Routes:
         try:
             answer = await self._room.answer(visitor, offer.client, offer.sdp)
         except NoPlaceError as error:
-            seat = self._room.rooms.instead(visitor, offer.client, error)
+            seat = self._room.rooms.seat_instead(visitor, offer.client, error)
             response.text = seat.model_dump_json()
             return response
         # The host's page says more about why a connection fails.
