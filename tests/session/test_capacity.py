@@ -1,4 +1,4 @@
-"""Whose offer is answered: an honest guest gets in whatever others do, and the host always."""
+"""Which offers are answered: an honest guest gets in whatever others do, and the host always."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REFUSED: Final = (FullError, TooOftenError)
 
 
 class Room:
-    """Viewers by number, with what the class under test has said."""
+    """Viewers by number, admitted and removed as the class under test says."""
 
     def __init__(self, *, most: int = 100, share: float = 0.5, silent: int = 2) -> None:
         self.capacity = Capacity(
@@ -56,7 +56,7 @@ class Room:
 
 
 def test_two_of_an_address_connect_at_once() -> None:
-    """A third waits until one has connected, or has been silent for three seconds, and is told."""
+    """A third is told to wait until one has connected, or has been silent for three seconds."""
     room = Room()
     first = room.ask("x", 0.0)
     room.ask("x", 1.0)
@@ -77,8 +77,8 @@ def test_two_of_an_address_connect_at_once() -> None:
     assert room.yielded == [2], "the longest silent of the same address makes room"
 
 
-def test_a_neighbours_silent_offers_last_three_seconds() -> None:
-    """However many there were, a guest of that address who comes again as told gets in by then."""
+def test_a_neighbours_silent_offers_block_for_three_seconds() -> None:
+    """However many there were, a guest at that address who retries as told gets in by then."""
     room = Room()
     for number in range(40):
         with suppress(*REFUSED):
@@ -93,8 +93,8 @@ def test_a_neighbours_silent_offers_last_three_seconds() -> None:
     assert now_s - came_s <= 3.0
 
 
-def test_whoever_drives_comes_back_ahead_of_all() -> None:
-    """Others of the room who come back without end use up their own allowance only."""
+def test_a_returning_operator_comes_first() -> None:
+    """Viewers who reconnect without end use up only their own allowance."""
     capacity = Room(most=10).capacity
 
     def returns(asking: Asking) -> None:
@@ -109,15 +109,15 @@ def test_whoever_drives_comes_back_ahead_of_all() -> None:
 
 
 def test_a_school_behind_one_address_gets_in() -> None:
-    """Thirty who connect one after the other are not limited by how many were silent before."""
+    """Thirty pages that connect one after another do not use up their silent places."""
     room = Room()
     for number in range(30):
         room.join("school", number / 8)
     assert len(room.present) == 30
 
 
-def test_asking_again_costs_a_place_as_well() -> None:
-    """The same page that offers again and again without connecting is no way around."""
+def test_a_repeated_offer_takes_another_place() -> None:
+    """A page that offers again and again without connecting does not get around the limit."""
     room = Room()
     for _ in range(2):
         room.capacity.admit(1, Asking("x"), [], 0.0, lambda: None)
@@ -128,13 +128,13 @@ def test_asking_again_costs_a_place_as_well() -> None:
 
 
 def _fill(room: Room, number: int, now_s: float = 0.0) -> None:
-    """Let as many ask as are answered in that time, from an address each, and stay silent."""
+    """Have `number` addresses offer, as fast as offers are answered, and stay silent."""
     for one in range(number):
         room.ask(f"troll {one}", now_s + one / 8)
 
 
 def test_a_guest_gets_in_while_all_are_silent() -> None:
-    """The longest silent one makes room, though not before they have had a moment to connect."""
+    """They take over the oldest silent place, once its viewer has had a moment to connect."""
     room = Room()
     for number in range(8):
         room.ask(f"early {number}", 0.0)
@@ -146,7 +146,7 @@ def test_a_guest_gets_in_while_all_are_silent() -> None:
 
 
 def test_answers_are_spread() -> None:
-    """However many ask at once, from wherever: the event loop has other things to do."""
+    """However many offers come at once: the event loop has other things to do."""
     room = Room()
     for number in range(8):
         room.ask(f"{number}", 0.0)
@@ -156,7 +156,7 @@ def test_answers_are_spread() -> None:
 
 
 def test_the_host_always_gets_in() -> None:
-    """No matter how many places are taken or silent; but not without end."""
+    """However many places are taken or silent; but with a bounded number of pages."""
     room = Room(most=40)
     _fill(room, 20)
     with pytest.raises(FullError, match="in a moment"):
@@ -173,7 +173,7 @@ def test_the_host_always_gets_in() -> None:
 
 
 def test_a_host_may_open_many_pages() -> None:
-    """Beyond their own places they take everybody's."""
+    """Beyond the host's own places, pages of the host take everybody's."""
     room = Room(most=2)
     for _ in range(10):
         room.join("host", 0.0, is_host=True)
@@ -182,7 +182,7 @@ def test_a_host_may_open_many_pages() -> None:
 
 
 def test_one_address_has_a_share_of_the_places() -> None:
-    """The rest stays for others, however long they stay."""
+    """The other places are left for others."""
     room = Room(most=10)
     for now_s in range(5):
         room.join("x", now_s)
@@ -195,7 +195,7 @@ def test_one_address_has_a_share_of_the_places() -> None:
 
 
 def test_everybody_may_come_back_at_once() -> None:
-    """After an outage nobody is silent; a page that comes back for ever is slowed down."""
+    """After an outage all return without a silent place; a page that returns for ever is slowed."""
     capacity = Room(most=20).capacity
     back = Asking("x", has_been_here=True)
     for number in range(20):
@@ -205,8 +205,8 @@ def test_everybody_may_come_back_at_once() -> None:
     capacity.admit(1, back, [], 0.1, lambda: None)
 
 
-def test_an_unknown_address_is_limited_with_all_others_only() -> None:
-    """There is nobody to count it to."""
+def test_an_unknown_address_has_only_the_general_limits() -> None:
+    """The limits for one address cannot count it."""
     room = Room(most=100)
     for number in range(20):
         room.ask("", number / 8)
@@ -221,7 +221,7 @@ def test_an_unknown_address_is_limited_with_all_others_only() -> None:
     )
 )
 def test_the_limits_hold_whatever_happens(steps: list[tuple[float, str, bool, int]]) -> None:
-    """Never more than two answers an address in three seconds without connecting, nor its share."""
+    """No address has more than two unused answers in three seconds, nor more than its share."""
     room = Room(most=12, share=0.5)
     now_s, silent = 0.0, list[tuple[float, str, int]]()
     for wait_s, address, is_host, what in steps:
@@ -248,7 +248,7 @@ def test_the_limits_hold_whatever_happens(steps: list[tuple[float, str, bool, in
     waits_s=st.lists(st.tuples(st.floats(0, 2), st.booleans()), max_size=80),
 )
 def test_embeds_leave_all_places_to_guests(most: int, waits_s: list[tuple[float, bool]]) -> None:
-    """However many come, and whether or not they connect: they hold a quarter, while it is free."""
+    """However many come, connected or not, they hold a quarter of the places while it is free."""
     room, now_s = Room(most=most, share=1.0), 0.0
     for number, (wait_s, connects) in enumerate(waits_s):
         now_s += wait_s
@@ -265,7 +265,7 @@ def test_embeds_leave_all_places_to_guests(most: int, waits_s: list[tuple[float,
 
 
 def test_a_crowd_of_embeds_leaves_the_answers_to_guests() -> None:
-    """Who watches on other sites gets a quarter of what is answered; guests come in beside them."""
+    """Embeds get a quarter of the answers, and guests get theirs at the same time."""
     room = Room(most=400)
     answered = 0
     for number in range(100):
@@ -281,10 +281,10 @@ def test_a_crowd_of_embeds_leaves_the_answers_to_guests() -> None:
     ("most", "sources", "rate_hz", "known_s"),
     [(100, 20, 50, 0.0), (10, 20, 50, 6.0), (100, 50, 200, 6.0), (100, 64, 50, 6.0)],
 )
-def test_offers_that_nobody_follows_up_keep_no_newcomer_out(
+def test_abandoned_offers_keep_no_newcomer_out(
     most: int, sources: int, rate_hz: int, known_s: float
 ) -> None:
-    """Whoever comes again as told is in within three seconds, as soon as the others are known."""
+    """A guest who retries as told is in within three seconds, once the others are known."""
     room = Room(most=most)
     waits_s: list[float] = []
     came_s = again_s = known_s
@@ -306,8 +306,8 @@ def test_offers_that_nobody_follows_up_keep_no_newcomer_out(
     assert max(waits_s) <= 3.0
 
 
-def test_who_connects_clears_the_name_of_their_address() -> None:
-    """Until then, one that has left an offer alone has one place in four with its like."""
+def test_a_connection_clears_its_address() -> None:
+    """Until then, addresses that abandoned an offer share one silent place in four."""
     room = Room(most=20)
     for number in range(8):
         room.ask(f"{number}", 0.0)

@@ -48,8 +48,8 @@ def _failing(**more: Any) -> messages.RoomState:
     return room(**parts | more)
 
 
-def test_a_guest_reads_what_a_fault_means_and_no_particulars() -> None:
-    """Whatever fails is told in a plain sentence of its own, without path, port or address."""
+def test_a_guest_reads_what_a_fault_means_and_no_details() -> None:
+    """Each fault has a plain sentence of its own, without path, port or address."""
     told = json.loads(for_guests(_failing()).model_dump_json())
     assert told["robot"]["problem"] == {"code": "robot.trouble"}
     assert told["video"] == {
@@ -65,8 +65,8 @@ def test_a_guest_reads_what_a_fault_means_and_no_particulars() -> None:
     assert told["tape"] == {"running": False, "why": why}
 
 
-def test_what_does_not_fail_is_as_it_was() -> None:
-    """A guest misses nothing else of the room, and nothing of it while all is well."""
+def test_working_parts_are_unchanged() -> None:
+    """Guests get all the rest of the room's state, and the whole of it while nothing fails."""
     well = room(line(1), line(2), robot=_robot(None))
     assert for_guests(well) == well
     hidden = {"robot", "video", "audio", "voice", "cameras", "tape"}
@@ -75,15 +75,15 @@ def test_what_does_not_fail_is_as_it_was() -> None:
 
 
 def test_a_change_grows_by_nothing() -> None:
-    """A part that is as it was stays absent, so that a change is small for guests, too."""
+    """An unchanged part stays absent, so that a change is small for guests, too."""
     change = room_change.between(_failing(robot=_robot(None)), _failing())
     told = json.loads(room_change.text_of(for_guests(change)))
     assert set(told) == {"type", "viewers", "gone", "robot"}
     assert told["robot"]["problem"] == {"code": "robot.trouble"}
 
 
-def test_no_value_of_the_hardwares_reaches_a_guest() -> None:
-    """Whichever sentence there is of robot, camera, sound or file, now or later."""
+def test_no_hardware_value_reaches_a_guest() -> None:
+    """Every sentence about robot, camera, sound or files is covered, present or future."""
     for code in HARDWARE:
         told = for_guests(room(robot=_robot(Sentence(code, {"port": PORT})))).robot.problem
         assert told is not None
@@ -91,20 +91,20 @@ def test_no_value_of_the_hardwares_reaches_a_guest() -> None:
 
 
 @pytest.mark.parametrize("problem", [says(f"cannot open {PORT}"), Sentence("theirs.own")])
-def test_the_words_of_a_plug_in_are_the_hosts(problem: Sentence) -> None:
-    """What this server does not know it passes on to nobody but the host."""
+def test_only_the_host_reads_a_plug_ins_words(problem: Sentence) -> None:
+    """A sentence that this server does not know reaches nobody but the host."""
     assert for_guests(room(robot=_robot(problem))).robot.problem == Sentence("robot.trouble")
 
 
 @pytest.mark.parametrize("reason", [*RULES, *reasons.ABOARD.values()], ids=lambda one: one.code)
-def test_what_the_rules_say_is_the_operators(reason: Sentence) -> None:
-    """Why a command does not count is told to whoever sent it, guest or host."""
+def test_the_sender_reads_what_the_driving_rules_say(reason: Sentence) -> None:
+    """The sender of a command, guest or host, reads why it does not count."""
     status = messages.DriveStatus(moving=False, reason=reason, share=0.0)
     assert for_guests(status) == status
 
 
-def test_whoever_drives_or_speaks_reads_no_particulars_either() -> None:
-    """The reasons in answer to commands, to a voice and to keeping the tape are plain, too."""
+def test_operators_and_speakers_read_no_details_either() -> None:
+    """The answers to commands, to a voice and to keeping the tape are plain, too."""
     driven = for_guests(messages.DriveStatus(moving=False, reason=LOST, share=0.0))
     assert driven.reason == Sentence("robot.trouble")
     spoken = for_guests(messages.Heard(heard=False, reason=FILE))

@@ -55,7 +55,7 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
 
 
 async def embeds(rig: Rig, number: int) -> FakePeer:
-    """Open an embed; each is somebody else's, far from the others."""
+    """Open an embed of somebody new, at an address of their own."""
     who = Visitor(f"embed {number}", f"198.51.100.{number}", is_embed=True)
     await rig.room.answer(who, f"tab-{number}", OFFER)
     FakePeer.made[-1].open()
@@ -68,7 +68,7 @@ def _type(message: type[BaseModel]) -> str:
 
 
 async def test_an_embed_can_do_nothing_but_watch(rig: Rig) -> None:
-    """Whatever its page sends: it is refused, and robot, queue, stop and door stay as they are."""
+    """Whatever its page sends is refused: robot, queue, Stop and admission stay as they are."""
     known = {_type(one) for one in get_args(messages.StateIn)}
     assert known - ASKED.keys() == {"want", "received"}
     ada = await rig.enter("ada-1111")
@@ -99,8 +99,8 @@ async def test_an_embed_can_do_nothing_but_watch(rig: Rig) -> None:
     assert set(rig.robot.told[len(told) :]) <= set(told), "the robot was told nothing new"
 
 
-async def test_an_embed_is_offered_nothing_but_to_watch(rig: Rig) -> None:
-    """It has the driving view alone, and pays as a stranger does; a wish for it is heeded."""
+async def test_an_embed_is_offered_only_watching(rig: Rig) -> None:
+    """It has only the driving view, with a stranger's budget, and may choose its streams."""
     embed = await embeds(rig, 1)
     hello = embed.last("hello")
     assert (hello["cameras"], hello["controls"], hello["voice"]) == ([], [], None)
@@ -112,8 +112,8 @@ async def test_an_embed_is_offered_nothing_but_to_watch(rig: Rig) -> None:
     assert not one.wants_picture
 
 
-async def test_an_embed_is_nobody_elsewhere(rig: Rig) -> None:
-    """By HTTP an embed is nobody, and watching in one makes nobody known to Stop's limits."""
+async def test_an_embed_has_no_role_by_http(rig: Rig) -> None:
+    """An embed has no role by HTTP, and watching in one makes nobody known to Stop's limits."""
     await embeds(rig, 1)
     rig.wait(0.1)
     assert rig.room.role_of(visitor("")) == "stranger"
@@ -122,7 +122,7 @@ async def test_an_embed_is_nobody_elsewhere(rig: Rig) -> None:
 
 
 async def test_all_embeds_together_have_a_share_of_the_places(rig: Rig) -> None:
-    """A quarter; then they are told when to come again. Whoever comes to the page has theirs."""
+    """They share a quarter, and the next is told when to retry; guests get all other places."""
     first = await embeds(rig, 1)
     await embeds(rig, 2)
     with pytest.raises(NoPlaceError, match="on other sites") as refused:
@@ -140,8 +140,8 @@ async def test_all_embeds_together_have_a_share_of_the_places(rig: Rig) -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_an_embed_leaves_a_narrow_upload_to_whoever_comes() -> None:
-    """Where the upload carries no more, the longest there is sent away, and says why."""
+async def test_an_embed_leaves_a_narrow_upload_to_guests() -> None:
+    """When the upload carries no more, the oldest embed is sent away with the reason."""
     narrow = Rig({"network": {"upload_bps": 60_000}})
     first = await embeds(narrow, 1)
     with pytest.raises(NoPlaceError, match="carries no more"):
@@ -152,8 +152,8 @@ async def test_an_embed_leaves_a_narrow_upload_to_whoever_comes() -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_an_embed_drives_not_even_where_everybody_queues() -> None:
-    """Where whoever comes gets a place in the queue, a frame gets none."""
+async def test_an_embed_never_drives_even_where_everybody_queues() -> None:
+    """Even where every newcomer gets a place in the queue, an embed gets none."""
     rig = Rig({"turns": {"join": "auto"}})
     embed = await embeds(rig, 1)
     rig.wait(0.5, embed)
@@ -163,8 +163,8 @@ async def test_an_embed_drives_not_even_where_everybody_queues() -> None:
     assert rig.room.snapshot(rig.clock.time_s).turn.operator == ada.last("hello")["viewer"]
 
 
-async def test_an_embed_is_kept_out_as_strangers_are(rig: Rig) -> None:
-    """Once the host has closed, it ends as for everybody else."""
+async def test_an_embed_is_sent_away_as_strangers_are(rig: Rig) -> None:
+    """When the host closes, an embed ends as every other page does."""
     embed = await embeds(rig, 1)
     rig.access.close(True)
     rig.wait(1.1, embed)

@@ -1,4 +1,4 @@
-"""The robot's controls and gauges between pages and robot: what goes in, and who is told what."""
+"""The robot's controls and gauges: what pages may set, and who is told what."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def operate(
     held: Mapping[str, float] | None = None,
     wanted: Mapping[str, float] | None = None,
 ) -> Any:
-    """Let a page say what it holds and sets; return the answer, None if there is none."""
+    """Send what a page holds and sets; return the answer, None if there is none."""
     peer.pings()
     before = len(peer.rows)
     turn = rig.room.snapshot(rig.clock.time_s).turn.number
@@ -56,8 +56,8 @@ def operate(
     return peer.rows[-1] if peer.rows[before:] else None
 
 
-async def test_who_enters_is_told_what_there_is(rig: Rig) -> None:
-    """With names for people, a key, and for whom; values come with the room."""
+async def test_a_newcomer_gets_the_controls_and_gauges(rig: Rig) -> None:
+    """The greeting has labels, keys and roles; the values come with the room's state."""
     ada = await rig.enter("ada-1111")
     rig.wait(0.1, ada)
     hello, room = ada.last("hello"), ada.last("room")
@@ -83,7 +83,7 @@ async def test_who_enters_is_told_what_there_is(rig: Rig) -> None:
 
 
 async def test_everybody_learns_what_was_set(rig: Rig) -> None:
-    """The page that did it by the answer, the others with the room, within a moment."""
+    """The page that set it reads the answer, the others the room's state a moment later."""
     ada, eve = await rig.enter("ada-1111"), await rig.enter("eve-1111")
     rig.wait(0.1, ada, eve)
     assert operate(rig, eve, 1, wanted={"lamp": 1}) == ["operated", 1, None]
@@ -92,8 +92,8 @@ async def test_everybody_learns_what_was_set(rig: Rig) -> None:
     assert rig.robot.told.count(("lamp", True)) == 1
 
 
-async def test_who_may_not_is_told_why(rig: Rig) -> None:
-    """As the answer, in a sentence; and nothing happens."""
+async def test_a_refused_operation_says_why(rig: Rig) -> None:
+    """The answer is a sentence, and nothing happens."""
     ada, eve = await rig.enter("ada-1111"), await rig.enter("eve-1111")
     ada.says(type="join")
     rig.wait(0.1, ada, eve)
@@ -110,8 +110,8 @@ async def test_who_may_not_is_told_why(rig: Rig) -> None:
     assert ("horn", False) in rig.robot.told
 
 
-async def test_a_gauge_beyond_its_limit_is_told_at_once(rig: Rig) -> None:
-    """Its value changes all the time and is told now and then; a warning is not kept back."""
+async def test_a_gauge_beyond_its_limit_is_reported_at_once(rig: Rig) -> None:
+    """Its value changes all the time and is sent now and then; a warning is not delayed."""
     ada = await rig.enter("ada-1111")
     rig.wait(0.1, ada)
     rig.robot.gauges = {"heat": 25.0}
@@ -126,15 +126,15 @@ async def test_a_gauge_beyond_its_limit_is_told_at_once(rig: Rig) -> None:
     assert ada.room["robot"]["beyond"] == {"heat": "stop"}
 
 
-def test_a_robot_that_is_not_there_warns_of_nothing() -> None:
-    """That it is not there is said anyway."""
+def test_a_disconnected_robot_warns_of_nothing() -> None:
+    """The page says anyway that the robot is not connected."""
     gauges = [GaugeSettings(name="heat", stop_above=80.0)]
     assert equipment.beyond(gauges, RobotState(connected=False)) == {}
     assert equipment.beyond(gauges, RobotState(connected=True)) == {"heat": "stop"}
 
 
-async def test_who_watches_in_a_room_has_no_controls(rig: Rig) -> None:
-    """They have no channel to use them by; gauges they may read."""
+async def test_a_viewer_in_a_livekit_room_has_no_controls(rig: Rig) -> None:
+    """There is no channel for controls from a LiveKit room; gauges may be read."""
     ada = await rig.enter("ada-1111")
     visitor = ada.events.visitor  # type: ignore[attr-defined]  # a viewer
     grant = ada.events.grant  # type: ignore[attr-defined]
@@ -150,8 +150,8 @@ def _row(seq: int = 1, held: object = None, wanted: object = None) -> str:
     return json.dumps(["operate", seq, 3, 5000.0, held or {}, wanted or {}, None])
 
 
-def test_an_operation_is_handed_on() -> None:
-    """Its time in seconds, all else as it is."""
+def test_an_operation_is_passed_on() -> None:
+    """Its time becomes seconds, and all else stays the same."""
     connected = _scene()
     connected.viewer.received("drive", _row(held={"horn": 1}, wanted={"lamp": 0}))
     assert connected.room.calls[1:] == [("operate", Operation(1, 3, 5.0, {"horn": 1}, {"lamp": 0}))]
@@ -159,8 +159,8 @@ def test_an_operation_is_handed_on() -> None:
 
 
 @pytest.mark.parametrize("refusal", Refusal)
-def test_what_was_only_late_is_not_answered(refusal: Refusal) -> None:
-    """The page sends it again; every other refusal is final and has a sentence."""
+def test_an_operation_that_was_only_late_is_not_answered(refusal: Refusal) -> None:
+    """The page repeats it; every other refusal is final and has a sentence."""
     connected = _scene()
     connected.room.refusal = refusal
     connected.viewer.received("drive", _row(wanted={"lamp": 0}))
@@ -171,8 +171,8 @@ def test_what_was_only_late_is_not_answered(refusal: Refusal) -> None:
     assert answers == ([] if refusal in late else [answer])
 
 
-def test_what_is_set_is_taken_at_a_bounded_rate() -> None:
-    """Nobody lets the robot's lights flicker; what is held and what is released is always heard."""
+def test_settings_are_accepted_at_a_bounded_rate() -> None:
+    """Nobody can make the robot's lights flicker; holding and releasing always count."""
     connected = _scene()
     for seq in range(1000):
         connected.clock.time_s += 0.02
@@ -187,7 +187,7 @@ def test_what_is_set_is_taken_at_a_bounded_rate() -> None:
 
 
 def test_the_longest_operation_fits() -> None:
-    """Names and numbers of the greatest length, as many as there may be."""
+    """It has the longest names and numbers, and as many as there may be."""
     names = [f"{at}" + "x" * 15 for at in "abcdef"]
     held = dict.fromkeys(names[:4], -9999.123)
     wanted = dict.fromkeys(names[4:], -9999.123)

@@ -37,8 +37,8 @@ async def test_the_host_sees_who_is_here(rig: Rig, host: FakePeer) -> None:
     assert [line["host"] for line in bob.last("room")["viewers"]] == [True, False]
 
 
-async def test_held_the_queue_waits(rig: Rig, host: FakePeer) -> None:
-    """No turn begins until the host lets it go on."""
+async def test_a_held_queue_waits(rig: Rig, host: FakePeer) -> None:
+    """No turn begins until the host resumes it."""
     host.says(type="hold_queue", held=True)
     bob = await rig.enter("bob-1111")
     bob.says(type="join")
@@ -50,7 +50,7 @@ async def test_held_the_queue_waits(rig: Rig, host: FakePeer) -> None:
     assert bob.last("room")["turn"]["operator"] == 2
 
 
-async def test_a_turn_ends_for_the_turn_that_was_meant(rig: Rig, host: FakePeer) -> None:
+async def test_the_host_ends_only_the_turn_that_was_meant(rig: Rig, host: FakePeer) -> None:
     """A late click ends nobody else's turn."""
     bob = await rig.enter("bob-1111")
     bob.says(type="join")
@@ -91,7 +91,7 @@ async def test_a_host_removes_no_host(rig: Rig, host: FakePeer) -> None:
 
 
 async def test_one_press_locks(rig: Rig, host: FakePeer) -> None:
-    """Strangers are out at once and stay out; who was invited stays."""
+    """Strangers are sent away at once and stay out; invited guests stay."""
     await rig.enter("troll-11")
     token, _ = rig.access.invite("queue", uses=1, valid_s=600)
     rig.access.enter(token, "friend-1")
@@ -104,8 +104,8 @@ async def test_one_press_locks(rig: Rig, host: FakePeer) -> None:
         await rig.room.answer(visitor("new-1111"), TAB, OFFER)
 
 
-async def test_who_is_muted_is_not_heard(rig: Rig, host: FakePeer) -> None:
-    """Their Stop stops nothing, until the host hears them again."""
+async def test_a_muted_viewer_stops_nothing(rig: Rig, host: FakePeer) -> None:
+    """Their Stop stops nothing until the host unmutes them."""
     bob = await rig.enter("bob-1111")
     host.says(type="mute", viewer=2, muted=True)
     bob.says(type="stop")
@@ -116,7 +116,7 @@ async def test_who_is_muted_is_not_heard(rig: Rig, host: FakePeer) -> None:
 
 
 async def test_while_blanked_nobody_drives(rig: Rig, host: FakePeer) -> None:
-    """The robot stands and everybody reads why."""
+    """The robot stays stopped, and everybody reads why."""
     bob = await rig.enter("bob-1111")
     bob.says(type="join")
     rig.wait(0.3, host, bob)
@@ -136,21 +136,21 @@ async def test_while_blanked_nobody_drives(rig: Rig, host: FakePeer) -> None:
 
 
 async def test_the_hosts_limit_is_for_guests(rig: Rig, host: FakePeer) -> None:
-    """The host's own pages are as fast as the robot."""
+    """The host's own pages may use the robot's full speed."""
     await rig.enter("bob-1111")
     host.says(type="limit_speed", fraction=0.25)
     assert (rig.viewers.max_fraction(2), rig.viewers.max_fraction(1)) == (0.25, 1.0)
 
 
 async def test_an_announcement_is_one_bounded_line(rig: Rig, host: FakePeer) -> None:
-    """Everybody reads it, without marks that turn the writing."""
+    """Everybody reads it, without characters that reverse the text."""
     host.says(type="announce", text="  Hello \u202e all ")
     rig.wait(0.3, host)
     assert host.last("room")["host_settings"]["message"] == "Hello \\u202e all"
 
 
-async def test_an_announcement_goes_by_itself(rig: Rig, host: FakePeer) -> None:
-    """At the end that the host gave it, of which everybody is told; one without an end stays."""
+async def test_an_announcement_expires(rig: Rig, host: FakePeer) -> None:
+    """It ends when the host said, which everybody is told; one without an end stays."""
     host.says(type="announce", text="Back soon", for_s=2)
     ends_s = rig.clock.now_s() + 2
     rig.wait(0.3, host)
@@ -165,7 +165,7 @@ async def test_an_announcement_goes_by_itself(rig: Rig, host: FakePeer) -> None:
 
 
 async def test_an_invitation_reaches_the_host_alone(rig: Rig, host: FakePeer) -> None:
-    """And works as it says."""
+    """Only the host reads the link, which works as its purpose says."""
     host.says(type="invite", purpose="watch", uses=2, valid_s=600)
     link = host.last("invitation")
     assert link["page"] == "https://robot.example.org"
@@ -184,7 +184,7 @@ async def test_closed_for_the_day(rig: Rig, host: FakePeer) -> None:
 
 
 async def test_the_others_are_signed_out(rig: Rig, host: FakePeer) -> None:
-    """At once, with all their pages; the host who did it stays, and so do guests."""
+    """All their pages end at once; the host who asked stays, and so do guests."""
     thief, bob = await rig.enter("thief-11", is_host=True), await rig.enter("bob-1111")
     thief.says(type="name", name="Host")
     host.says(type="sign_out_others")
@@ -199,10 +199,10 @@ async def test_the_others_are_signed_out(rig: Rig, host: FakePeer) -> None:
     assert not rig.access.admission.is_locked
 
 
-async def test_the_host_reads_of_a_cookie_that_is_used_again(
+async def test_the_host_reads_that_an_old_cookie_is_used(
     rig: Rig, host: FakePeer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From where, until they have signed out the others."""
+    """The host reads from where, until they have signed out the others."""
     cookie = rig.access.become_host(rig.access.new_host_link())
     rig.access.renew_cookie(Shown(host=cookie))
     rig.wait(1.2, host)
@@ -216,8 +216,8 @@ async def test_the_host_reads_of_a_cookie_that_is_used_again(
     assert host.last("console")["reused"] is None
 
 
-async def test_an_address_whose_people_press_is_told_and_ignored(rig: Rig, host: FakePeer) -> None:
-    """The host sees who, as they name themselves, and how often; then nothing stops from there."""
+async def test_the_host_sees_and_ignores_an_address_that_presses(rig: Rig, host: FakePeer) -> None:
+    """The host sees the last name and the number of presses; ignored, they stop nothing."""
     bob = await rig.enter("bob-1111")
     bob.says(type="stop")
     rig.wait(1.2, host, bob)
@@ -238,7 +238,7 @@ async def test_an_address_whose_people_press_is_told_and_ignored(rig: Rig, host:
     assert host.last("console")["pressers"][0]["muted"]
 
 
-async def test_guests_do_none_of_it(rig: Rig, host: FakePeer) -> None:
+async def test_guests_cannot_act_as_the_host(rig: Rig, host: FakePeer) -> None:
     """An observer who sends the host's messages reads that they may not."""
     bob = await rig.enter("bob-1111")
     for act in (

@@ -29,8 +29,8 @@ def releasing(monkeypatch: pytest.MonkeyPatch) -> Rig:
     return Rig({"mqtt": {"release": True}})
 
 
-async def test_its_stop_is_anybodys(rig: Rig) -> None:
-    """Before anything else, latched, under its own name and role; the host releases it."""
+async def test_its_stop_works_like_anybodys(rig: Rig) -> None:
+    """It is latched before anything else, with its own name and role; the host releases it."""
     bob = await rig.enter("bob-1111")
     rig.heard.take()
     rig.room.house_acts(STOP)
@@ -46,7 +46,7 @@ async def test_its_stop_is_anybodys(rig: Rig) -> None:
 
 
 async def test_it_releases_nothing_unless_configured(rig: Rig) -> None:
-    """Whatever its role could."""
+    """Its role alone does not permit a release."""
     rig.room.house_acts(STOP)
     with pytest.raises(ForbiddenError, match="Only"):
         rig.room.house_acts(ReleaseAt(0))
@@ -54,7 +54,7 @@ async def test_it_releases_nothing_unless_configured(rig: Rig) -> None:
 
 
 async def test_where_configured_it_releases(releasing: Rig) -> None:
-    """As of when it was wanted (the clock on the wall says 0): what a broker held back is late."""
+    """A release counts as of when it was sent (the wall clock says 0): one held back is late."""
     releasing.room.house_acts(STOP)
     releasing.clock.time_s += 1.0
     for wall_ms, said in ((-5000, "sent 5 s ago.* clock is behind"), (60, "in 0.06 s: .*ahead")):
@@ -73,8 +73,8 @@ async def test_where_configured_it_releases(releasing: Rig) -> None:
         releasing.room.house_acts(ReleaseAt(0))
 
 
-async def test_a_press_after_the_release_was_wanted_lasts(releasing: Rig) -> None:
-    """And so does the host's own, which only the host releases."""
+async def test_a_press_after_the_release_was_sent_lasts(releasing: Rig) -> None:
+    """So does the host's own press, which only the host releases."""
     releasing.room.house_acts(STOP)
     with pytest.raises(ForbiddenError):
         releasing.room.house_acts(ReleaseAt(-1))
@@ -86,7 +86,7 @@ async def test_a_press_after_the_release_was_wanted_lasts(releasing: Rig) -> Non
 
 
 async def test_it_closes_pauses_and_blanks(rig: Rig) -> None:
-    """As the host would, at once."""
+    """It acts at once, as the host would."""
     bob = await rig.enter("bob-1111")
     rig.room.house_acts(messages.HoldQueue(type="hold_queue", held=True))
     rig.room.house_acts(messages.Blank(type="blank", blanked=True))
@@ -115,8 +115,8 @@ SAID = st.tuples(
 def test_nothing_it_says_drives(
     monkeypatch: pytest.MonkeyPatch, releases: bool, said: list[Any]
 ) -> None:
-    """However all acts there are are mixed: no turn begins, nothing moves, and a Stop lasts unless
-    releasing is configured.
+    """In any mix of acts no turn begins, nothing moves, and a Stop lasts unless releasing is
+    configured.
     """
     monkeypatch.setattr(entry_module, "Peer", FakePeer)
     one = Rig({"mqtt": {"release": releases}})

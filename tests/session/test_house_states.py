@@ -1,4 +1,4 @@
-"""What a house's automation is told of the room."""
+"""The room's state for home automation."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ __all__ = ["rig"]
 
 
 async def test_the_room_as_states(rig: Rig) -> None:
-    """Numbers as text, "None" for what nobody knows, and who drives only where names are told.
+    """Numbers are text, unknown values "None", and the driver is named only where names are sent.
 
-    Otherwise that is empty, which deletes what the broker has kept.
+    Elsewhere the driver is empty, which deletes what the broker has retained.
     """
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")

@@ -16,7 +16,7 @@ def test_what_is_older_than_a_minute_is_forgotten() -> None:
         assert frozen.sum == (400.0 if 10 <= second <= 70 else 0.0)
 
 
-def test_a_counter_that_begins_anew_takes_nothing_back() -> None:
+def test_a_counter_that_restarts_takes_nothing_back() -> None:
     """A fresh peer's counters start at zero; what came before stays counted."""
     made_up = LastMinute()
     for second, value in enumerate([100.0, 130.0, None, 0.0, 20.0]):

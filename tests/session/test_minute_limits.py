@@ -10,7 +10,7 @@ from wax.session.minute_limits import MinuteLimits
 
 @given(gaps_s=st.lists(st.floats(0.0, 40.0), max_size=60), each=st.integers(1, 5))
 def test_no_minute_has_more(gaps_s: list[float], each: int) -> None:
-    """Whenever they come; and what fits is never refused."""
+    """Requests may come at any time, and one within the limit is never refused."""
     limits = MinuteLimits(each=each, most=4)
     now_s, taken_s = 0.0, list[float]()
     for gap_s in gaps_s:
@@ -23,7 +23,7 @@ def test_no_minute_has_more(gaps_s: list[float], each: int) -> None:
 
 
 def test_the_least_recent_is_forgotten() -> None:
-    """However many keys come, few are kept; whoever has just taken something is one of them."""
+    """However many keys come, few are kept; the most recent one is among them."""
     limits = MinuteLimits(each=1, most=3)
     assert [limits.take(key, 0.0) for key in "abcd"] == [True] * 4
     assert [limits.take(key, 1.0) for key in "dcba"] == [False, False, False, True]

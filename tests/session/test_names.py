@@ -63,7 +63,7 @@ def test_any_name_is_bounded(name: str) -> None:
         "rover",
     ],
 )
-def test_nobody_is_taken_for_somebody_else(name: str) -> None:
+def test_nobody_can_be_mistaken_for_somebody_else(name: str) -> None:
     """Titles, other guests' numbers and names that are present are refused, however written."""
     assert refusal(name, ["Bob"], robot="Rover") is not None
 
@@ -85,21 +85,21 @@ def test_nobody_is_taken_for_somebody_else(name: str) -> None:
     ],
 )
 def test_other_names_are_free(name: str) -> None:
-    """What only looks a little alike is nobody else."""
+    """A name that is only a little similar is accepted."""
     assert refusal(name, ["Bob", "☺", "Olga"]) is None
 
 
 @given(st.text(max_size=MAX_NAME_CHARS), st.text(max_size=MAX_NAME_CHARS))
 def test_looking_alike_is_mutual(one: str, other: str) -> None:
-    """Whoever came first, and a name is like itself."""
+    """The order does not matter, and a name looks like itself."""
     assert (refusal(one, [other]) is None) == (refusal(other, [one]) is None) or (
         refusal(one, []) is not None or refusal(other, []) is not None
     )
     assert refusal(one, [one]) is not None
 
 
-def test_each_name_is_looked_through_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A new name among a hundred costs what it is made of, not what all the others are made of."""
+def test_each_name_is_folded_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A new name among a hundred costs only its own characters, not those of all the others."""
     others = [f"{chr(0xFDFA) * 20}{number:03}" for number in range(100)]
     assert refusal("Ada", others) is None
     looked: list[str] = []

@@ -31,7 +31,7 @@ def _world() -> Any:
     FakePeer.made = []
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(entry_module, "Peer", FakePeer)
-        # What ends by itself ends by the time of day.
+        # Invitations expire by the time of day.
         patched.setattr(TurnedClock, "wall_ms", lambda clock: round(clock.time_s * 1000))
         yield
 
@@ -41,8 +41,8 @@ def make(tree: dict[str, Any]) -> Rig:
 
 
 @pytest.mark.parametrize("join", ["ask", "auto"])
-async def test_strangers_drive_nowhere_that_is_by_invitation(join: str) -> None:
-    """Neither by coming, nor by asking, nor from elsewhere; nor do they stay anywhere."""
+async def test_strangers_never_drive_where_an_invitation_is_needed(join: str) -> None:
+    """Neither entering, nor asking, nor asking from a LiveKit room gives them a place."""
     rig = make(GUESTS_ONLY | {"turns": {"join": join}})
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
@@ -54,8 +54,8 @@ async def test_strangers_drive_nowhere_that_is_by_invitation(join: str) -> None:
     assert [line["role"] for line in ada.last("room")["viewers"]] == ["observer"]
 
 
-async def test_an_invitation_that_ends_takes_place_turn_and_sound() -> None:
-    """At once, and says why; whoever watches on hears no more where strangers may not."""
+async def test_an_expired_invitation_ends_place_turn_and_sound() -> None:
+    """The guest reads why at once, and watches on without sound if strangers have none."""
     rig = make(GUESTS_ONLY)
     token, _ = rig.access.invite("queue", uses=2, valid_s=20)
     friends = []
@@ -76,8 +76,8 @@ async def test_an_invitation_that_ends_takes_place_turn_and_sound() -> None:
     assert [one.streams.status()["sound_mu_ms"] for one in rig.viewers] == [None, None]
 
 
-async def test_nobody_waits_in_room_where_there_are_no_rooms() -> None:
-    """It would be waiting by HTTP alone; the page of such a robot never does."""
+async def test_nobody_waits_in_a_room_where_there_are_no_rooms() -> None:
+    """Such a wait would be by HTTP alone, which the page of such a robot never does."""
     rooms = Rooms()
     rooms.is_used = False
     rig = Rig({}, cast("Cluster", rooms))
@@ -86,8 +86,8 @@ async def test_nobody_waits_in_room_where_there_are_no_rooms() -> None:
     assert len(rig.viewers) == 0
 
 
-async def test_whoever_is_here_drives_however_many_wait_by_http_alone() -> None:
-    """Six who ask five times a second and never come get no moment of the robot."""
+async def test_a_connected_viewer_drives_however_many_wait_by_http() -> None:
+    """Six who ask five times a second and never connect get no turn."""
     rig = make({"turns": {"turn_s": 10.0}})
     absent = [visitor(f"absent-{number:02}") for number in range(6)]
     for one in absent:
@@ -105,7 +105,7 @@ async def test_whoever_is_here_drives_however_many_wait_by_http_alone() -> None:
 
 
 class History:
-    """Six pages of three people at two addresses, and a host; each method is something they do."""
+    """Six pages of three people at two addresses, and a host; each method is one of their acts."""
 
     def __init__(self, rig: Rig, host: FakePeer) -> None:
         self.rig = rig

@@ -1,4 +1,4 @@
-"""The host's button: the robot is lent to the proof and comes back, whatever becomes of that."""
+"""The host's button: the robot is lent to the proof and taken back, whatever the result."""
 
 from __future__ import annotations
 
@@ -70,14 +70,14 @@ async def proving(robot: Robot, tmp_path: Path) -> AsyncIterator[ProofRunner]:
 
 
 async def _ended(proving: ProofRunner) -> dict[str, object]:
-    async with asyncio.timeout(50):  # a busy machine takes half of it to begin a program
+    async with asyncio.timeout(50):  # a busy machine takes half of it to start a program
         while proving.progress()["state"] == "running":  # noqa: ASYNC110  # as the page asks
             await asyncio.sleep(0.05)
     return proving.progress()
 
 
-async def test_the_robot_is_let_go_of_and_taken_back(proving: ProofRunner, robot: Robot) -> None:
-    """Nobody drives meanwhile; where nothing can be proved the host reads why, and may go on."""
+async def test_the_robot_is_released_and_taken_back(proving: ProofRunner, robot: Robot) -> None:
+    """Nobody drives meanwhile; if nothing can be proved, the host reads why and can go on."""
     assert proving.progress() == {"state": "never", "line": None, "record": None}
     await proving.start()
     with pytest.raises(ForbiddenError, match="already"):
@@ -140,17 +140,17 @@ async def test_the_page_claims_no_more_than_the_record(
 
 
 async def _under_way(proving: ProofRunner, monkeypatch: pytest.MonkeyPatch) -> Process:
-    """Begin a proof that goes on for a minute unless somebody ends it."""
+    """Start a proof that lasts a minute unless somebody ends it."""
     minute = [sys.executable, "-c", "import time; time.sleep(60)"]
     monkeypatch.setattr(proving, "_command", lambda _record: minute)
     await proving.start()
     async with asyncio.timeout(10):
-        while proving._process is None:  # noqa: ASYNC110  # it tells nobody
+        while proving._process is None:  # noqa: ASYNC110  # it has no event
             await asyncio.sleep(0.01)
     return proving._process
 
 
-async def test_a_server_that_ends_keeps_the_robot_shut(
+async def test_a_server_that_ends_keeps_the_robot_closed(
     proving: ProofRunner, robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The proof ends with the server, and the robot is not opened again."""
@@ -164,8 +164,8 @@ async def test_a_server_that_ends_keeps_the_robot_shut(
         await proving.start()
 
 
-async def test_a_proof_that_does_not_listen_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that ignores the request to end does not live on, whoever waits for it or does not."""
+async def test_a_proof_that_ignores_terminate_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A proof that ignores `terminate` does not live on, whether or not somebody waits for it."""
     monkeypatch.setattr(proving_module, "_END_S", 0.2)
     deaf = (
         "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(1, flush=True)"

@@ -1,4 +1,4 @@
-"""The room: who is here, who is lost, who is forgotten, and what all are told."""
+"""The room: who is here, lost or forgotten, and what everybody is told."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ OFFER = "\n".join(
 
 
 class Robot:
-    """A driver that notes what it is told."""
+    """A driver that records what it is told."""
 
     kind = "noted"
     limits = Limits(1.0, 2.0, ("pan",), controls=("lamp", "horn"))
@@ -119,7 +119,7 @@ class Camera:
 
 
 class FakePeer:
-    """Stands for a peer: opens at once, notes what is sent."""
+    """Stands in for a peer: opens at once, and records what is sent."""
 
     made: list[FakePeer]
 
@@ -148,7 +148,7 @@ class FakePeer:
             self.room = message
         self.sent.append(message)
 
-    def hold_back(self, least_ms: float) -> bool:  # its browser takes none
+    def hold_back(self, least_ms: float) -> bool:  # its browser cannot
         return False
 
     def abandon(self) -> None:
@@ -164,7 +164,7 @@ class FakePeer:
         self.events.ready()
 
     def pings(self) -> None:
-        """Ask for a pong, and hear the beat in it."""
+        """Send a ping, and get the beat in its pong."""
         self.events.received("drive", '["ping",1,0,null,null]')
 
     def says(self, **message: object) -> None:
@@ -268,7 +268,7 @@ class Rig:
         return self.access.visitor(Shown(host=cookie), "192.0.2.1").sign_in
 
     def wait(self, seconds: float, *alive: FakePeer) -> None:
-        """Let time pass in steps; those who are alive are heard."""
+        """Let time pass in steps; the pages in `alive` send pings."""
         for _ in range(round(seconds * 10)):
             self.clock.time_s += 0.1
             for peer in alive:
@@ -313,7 +313,7 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
 def test_a_file_waits_for_the_links_of_its_browser(
     viewers: list[tuple[bool, float | None]], waits_s: float | None
 ) -> None:
-    """For the thinnest of those that have a connection."""
+    """It waits for the thinnest of the links that are connected."""
     own = [
         SimpleNamespace(
             peer=object() if has_peer else None,
@@ -325,8 +325,8 @@ def test_a_file_waits_for_the_links_of_its_browser(
     assert Room.file_sent(cast("Room", room), visitor("somebody"), 200) == waits_s
 
 
-async def test_who_enters_is_greeted_and_told_the_room(rig: Rig) -> None:
-    """The first message says who one is and what the robot can do; then comes the room."""
+async def test_a_newcomer_is_greeted_and_gets_the_room(rig: Rig) -> None:
+    """The first message says who they are and what the robot can do; then comes the room."""
     ada = await rig.enter("ada-1111")
     rig.wait(0.1, ada)
     hello, told = ada.last("hello"), ada.last("room")
@@ -340,7 +340,7 @@ async def test_who_enters_is_greeted_and_told_the_room(rig: Rig) -> None:
 
 
 async def test_everybody_is_told_that_nobody_new_can_come(rig: Rig) -> None:
-    """As long as it is so, and not why: that is the host's."""
+    """Everybody is told while it lasts, but only the host reads why."""
     ada = await rig.enter("ada-1111")
     rig.wait(0.1, ada)
     assert ada.last("room")["no_way_in"] is None
@@ -353,8 +353,8 @@ async def test_everybody_is_told_that_nobody_new_can_come(rig: Rig) -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_who_enters_is_told_whose_robot_this_is() -> None:
-    """Name, sentence, rules and links are the host's, as they wrote them."""
+async def test_a_newcomer_reads_whose_robot_this_is() -> None:
+    """Name, sentence, rules and links come as the host wrote them."""
     link = {"text": "Us", "url": "https://example.org/us"}
     page = {"name": "Rover", "sentence": "Say hello.", "rules": ["Slowly."], "links": [link]}
     ada = await Rig({"page": page}).enter("ada-1111")
@@ -362,8 +362,8 @@ async def test_who_enters_is_told_whose_robot_this_is() -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_who_enters_is_told_how_the_camera_sees_the_floor() -> None:
-    """As the host has measured it; without that nobody knows."""
+async def test_a_newcomer_is_told_how_the_camera_sees_the_floor() -> None:
+    """The greeting has the host's measurements, or none."""
     ada = await Rig({}).enter("ada-1111")
     robot = ada.last("hello")["robot"]
     assert (robot["camera"], robot["width_m"]) == (None, None)
@@ -376,10 +376,10 @@ async def test_who_enters_is_told_how_the_camera_sees_the_floor() -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_a_robots_own_view_is_not_told_of_a_turned_picture(
+async def test_a_robots_own_view_is_not_sent_for_a_turned_picture(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A path drawn by what the robot knows would be wrong on a picture that the host has turned."""
+    """A path drawn by the robot's own view would be wrong on a picture that the host has turned."""
     monkeypatch.setattr(Robot, "own_view", OwnView(0.3, 10.0, 60.0, 0.4), raising=False)
     for keys, known in (({}, True), ({"rotate": 180}, False), ({"mirror": True}, False)):
         ada = await Rig({"video": {"source": "robot", **keys}}).enter("ada-1111")
@@ -388,8 +388,8 @@ async def test_a_robots_own_view_is_not_told_of_a_turned_picture(
 
 @pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize("soft", [False, True])
-async def test_who_enters_is_told_whether_the_robot_brakes_softly(soft: bool) -> None:
-    """It is told as it is configured."""
+async def test_a_newcomer_is_told_whether_the_robot_brakes_softly(soft: bool) -> None:
+    """The greeting has what is configured."""
     rig = Rig({"robot": {"soft_braking": soft}})
     ada = await rig.enter("ada-1111")
     assert ada.last("hello")["on_loss"]["soft_braking"] is soft
@@ -397,20 +397,20 @@ async def test_who_enters_is_told_whether_the_robot_brakes_softly(soft: bool) ->
 
 @pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize(("drive", "may"), [({}, False), ({"click_to_move": True}, True)])
-async def test_who_enters_is_told_whether_clicks_may_move_the_robot(
+async def test_a_newcomer_is_told_whether_clicks_may_move_the_robot(
     drive: dict[str, bool], may: bool
 ) -> None:
-    """They may not unless the host has allowed it."""
+    """Clicks may not unless the host has allowed it."""
     rig = Rig({"drive": drive})
     ada = await rig.enter("ada-1111")
     assert ada.last("hello")["click_to_move"] is may
 
 
 @pytest.mark.parametrize(("beyond_s", "moves"), [(-0.2, True), (0.2, False)])
-async def test_what_is_held_drives_on_after_a_lapse_as_short_as_was_told(
+async def test_a_held_button_drives_on_after_a_short_lapse(
     rig: Rig, beyond_s: float, moves: bool
 ) -> None:
-    """Commands that come back sooner move the robot by themselves, later ones do not."""
+    """Commands that resume sooner move the robot without a new press, later ones do not."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.3, ada)
@@ -425,7 +425,7 @@ async def test_what_is_held_drives_on_after_a_lapse_as_short_as_was_told(
 
 
 async def test_an_operator_in_another_network_drives_on_by_a_new_press(rig: Rig) -> None:
-    """The robot stops at once, and what is held meanwhile moves nothing; the turn is theirs."""
+    """The robot stops at once, and a button held meanwhile moves nothing; they keep the turn."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     rig.wait(0.3, ada, bob)
@@ -447,7 +447,7 @@ async def test_an_operator_in_another_network_drives_on_by_a_new_press(rig: Rig)
 
 
 async def test_the_same_page_gets_its_place_back(rig: Rig) -> None:
-    """A page that reloads is the same viewer: they keep name, place and turn."""
+    """A page that reloads is the same viewer: it keeps name, place and turn."""
     ada = await rig.enter("ada-1111")
     ada.says(type="name", name="Ada")
     ada.says(type="join")
@@ -464,7 +464,7 @@ async def test_an_old_peer_that_ends_late_takes_nothing_with_it(rig: Rig) -> Non
     """A reload whose old connection is still closing when the new one opens loses nothing."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
-    ada.is_alive = False  # it closes by itself, and has not told yet
+    ada.is_alive = False  # it closes by itself, and has not said so yet
     again = await rig.enter("ada-1111")
     ada.events.closed(cast("Peer", ada))
     rig.wait(4.0, again)
@@ -473,7 +473,7 @@ async def test_an_old_peer_that_ends_late_takes_nothing_with_it(rig: Rig) -> Non
 
 
 async def test_newcomers_learn_of_themselves_at_once(rig: Rig) -> None:
-    """Nobody waits to join until the others are told of them."""
+    """A newcomer can join before the others are told of them."""
     ada = await rig.enter("ada-1111")
     rig.wait(0.1, ada)
     bob = await rig.enter("bob-1111")
@@ -482,7 +482,7 @@ async def test_newcomers_learn_of_themselves_at_once(rig: Rig) -> None:
 
 
 async def test_a_server_that_ends_says_goodbye(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every page is told before its peer closes, and nobody is admitted any more."""
+    """Every page is told before its peer closes, and nobody else is admitted."""
     monkeypatch.setattr(room_module, "_GOODBYE_S", 0.0)
     ada, bob = await rig.enter("client-ada"), await rig.enter("client-bob")
     await rig.room.close()
@@ -493,8 +493,8 @@ async def test_a_server_that_ends_says_goodbye(rig: Rig, monkeypatch: pytest.Mon
         await rig.enter("client-eve")
 
 
-async def test_a_viewer_who_is_gone_is_free_at_once(rig: Rig) -> None:
-    """They do not wait for the collector, whose full run stops the event loop."""
+async def test_a_viewer_who_is_gone_is_freed_at_once(rig: Rig) -> None:
+    """Their memory does not wait for the garbage collector, whose full run stops the event loop."""
     ada = await rig.enter("ada-1111")
     ada.says(type="name", name="Ada")
     ada.says(type="join")
@@ -514,7 +514,7 @@ async def test_a_viewer_who_is_gone_is_free_at_once(rig: Rig) -> None:
 
 
 async def test_a_full_house_says_so(rig: Rig) -> None:
-    """One more than the configured number is refused with a sentence, and nobody is harmed."""
+    """One viewer too many is refused with a sentence, and the others are not affected."""
     await rig.enter("ada-1111")
     await rig.enter("bob-1111")
     with pytest.raises(FullError, match="2 places"):
@@ -523,8 +523,8 @@ async def test_a_full_house_says_so(rig: Rig) -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_a_full_upload_says_so_to_all_but_who_was_here_and_the_host() -> None:
-    """Who cannot be sent a picture is refused with a sentence; who has a place may return to it."""
+async def test_a_full_upload_refuses_only_new_guests() -> None:
+    """A newcomer who cannot get a picture is refused with a sentence; others may return."""
     rig = Rig({"network": {"upload_bps": 60_000}})
     await rig.enter("ada-1111")
     with pytest.raises(FullError, match="carries no more viewers"):
@@ -536,7 +536,7 @@ async def test_a_full_upload_says_so_to_all_but_who_was_here_and_the_host() -> N
 
 @pytest.mark.usefixtures("rig")
 async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
-    """Whoever drives is not to wait for one more who watches; a late loop alone refuses nobody."""
+    """The operator must not wait for one more viewer; a late event loop alone refuses nobody."""
     rig = Rig({})
     rig.has_time = False
     for number in range(10, 22):
@@ -555,8 +555,8 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
 
 @pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize("who", ["in a room", "lost", "silent"])
-async def test_whoever_is_not_served_is_not_of_the_dozen(who: str) -> None:
-    """Watching in a room, gone or not connected yet, they cost this machine next to nothing."""
+async def test_only_viewers_served_here_count_among_the_dozen(who: str) -> None:
+    """Others, in a LiveKit room, gone or not connected yet, cost this machine next to nothing."""
     rig = Rig({})
     rig.has_time = False
     for number in range(10, 22):
@@ -596,7 +596,7 @@ async def test_silence_stops_the_robot_and_keeps_the_turn(rig: Rig) -> None:
     assert not bob.last("room")["viewers"][0]["lost"]
 
 
-async def test_who_only_watches_may_be_silent_for_longer(rig: Rig) -> None:
+async def test_an_observer_may_be_silent_for_longer(rig: Rig) -> None:
     """An observer sends a heartbeat once a second, so they are lost after 3.5 s and not before."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     rig.wait(3.4, ada)
@@ -608,8 +608,8 @@ async def test_who_only_watches_may_be_silent_for_longer(rig: Rig) -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_who_is_gone_is_forgotten_after_the_grace() -> None:
-    """A closed page keeps its place for the time of grace, then it is free."""
+async def test_a_closed_page_is_forgotten_after_the_grace_time() -> None:
+    """A closed page keeps its place for the grace time, then it is free."""
     rig = Rig({})
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
@@ -636,7 +636,7 @@ async def test_half_open_and_dead_peers_are_closed(rig: Rig) -> None:
 
 
 async def test_a_turn_changes_hands_with_a_stop_between(rig: Rig) -> None:
-    """At the end of a turn the robot stops before the next operator is told of theirs."""
+    """At the end of a turn the robot stops before the next operator is told of their turn."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="join")
@@ -650,7 +650,7 @@ async def test_a_turn_changes_hands_with_a_stop_between(rig: Rig) -> None:
 
 
 async def test_only_the_operator_drives(rig: Rig) -> None:
-    """Another's command moves nothing."""
+    """Another viewer's command moves nothing."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     rig.wait(0.2, ada, bob)
@@ -661,8 +661,8 @@ async def test_only_the_operator_drives(rig: Rig) -> None:
     assert rig.counters.snapshot()["messages not allowed"] == 1
 
 
-async def test_everybody_stops_and_all_hear_who(rig: Rig) -> None:
-    """An observer's stop reaches the robot at once, latches, and everybody sees their name."""
+async def test_everybody_may_stop_and_all_read_who(rig: Rig) -> None:
+    """An observer's Stop reaches the robot at once, latches, and everybody sees their name."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="name", name="Bob")
@@ -685,7 +685,7 @@ async def test_everybody_stops_and_all_hear_who(rig: Rig) -> None:
     }
 
 
-async def test_only_operator_and_host_release(rig: Rig) -> None:
+async def test_only_operator_and_host_may_release(rig: Rig) -> None:
     """An observer's release is answered with a sentence; the operator's and the host's count."""
     ada = await rig.enter("ada-1111")
     bob = await rig.enter("bob-1111", is_host=False)
@@ -716,8 +716,8 @@ async def test_only_operator_and_host_release(rig: Rig) -> None:
     assert ada.last("room")["stop"] is None
 
 
-async def test_a_stop_is_told_with_the_clock_that_stands(rig: Rig) -> None:
-    """One change of the page, or a button moves again from under a finger that has just come."""
+async def test_a_stop_and_the_paused_clock_are_sent_together(rig: Rig) -> None:
+    """Both change the page at once, so that no button moves from under a finger a second time."""
     ada = await rig.enter("ada-1111")
     bob = await rig.enter("bob-1111")
     ada.says(type="join")
@@ -732,8 +732,8 @@ async def test_a_stop_is_told_with_the_clock_that_stands(rig: Rig) -> None:
         assert (room["stop"] is not None) is stands is (peer is bob)
 
 
-async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
-    """By HTTP who is in the room stops, and the operator or the host releases."""
+async def test_stop_and_release_by_http(rig: Rig) -> None:
+    """By HTTP everybody in the room may stop, and the operator or the host release."""
     ada = await rig.enter("ada-1111")
     bob = await rig.enter("bob-1111")
     ada.says(type="join")
@@ -764,7 +764,7 @@ async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
 
 
 async def test_a_page_without_a_cookie_is_known_by_its_tab(rig: Rig) -> None:
-    """By its secret a guest's page is whose offer it was; nobody is the host by that."""
+    """A guest's page is known by its tab's secret; the secret makes nobody the host."""
     await rig.room.answer(visitor("ada-1111"), "ada's secret", OFFER)
     signed_in = replace(visitor("host-111"), sign_in=rig.sign_in())
     await rig.room.answer(signed_in, "the host's", OFFER)
@@ -776,16 +776,16 @@ async def test_a_page_without_a_cookie_is_known_by_its_tab(rig: Rig) -> None:
     assert rig.room.by_tab(nobody, "ada's secret") == visitor("ada-2222")
 
 
-async def test_an_embed_is_nobody_by_its_tab(rig: Rig) -> None:
-    """It has none, and so no Stop by HTTP."""
+async def test_an_embed_has_no_role_by_its_tab(rig: Rig) -> None:
+    """It has no tab secret, and so no Stop by HTTP."""
     await rig.room.answer(replace(visitor("embed 1"), is_embed=True), "", OFFER)
     nobody = visitor("")
     assert rig.room.by_tab(nobody, "") is nobody
 
 
 @pytest.mark.usefixtures("rig")
-async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where it is so configured an observer's stop is refused by both ways, the host's is not."""
+async def test_only_the_operator_stops_where_so_configured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By either way, an observer's Stop is refused and the host's is not."""
     closed = Rig({"stop": {"by": "operator"}})
     ada, bob = await closed.enter("ada-1111"), await closed.enter("bob-1111")
     ada.says(type="join")
@@ -800,7 +800,7 @@ async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch)
     assert closed.room.stop_by(visitor("", is_host=True), None) == 2
 
 
-async def test_who_means_to_see(rig: Rig) -> None:
+async def test_who_sees_the_picture(rig: Rig) -> None:
     """A viewer with the picture off does not see, and nobody does without a camera."""
     ada = await rig.enter("ada-1111")
     assert rig.viewers.sees(1)
@@ -810,7 +810,7 @@ async def test_who_means_to_see(rig: Rig) -> None:
 
 
 async def test_a_driver_that_raises_is_a_problem_of_the_robot(rig: Rig) -> None:
-    """When somebody's driver raises at every question, the room says so and goes on."""
+    """When somebody's driver raises at every call, the room says so and goes on."""
     ada = await rig.enter("ada-1111")
     rig.wait(0.2, ada)
     rig.robot.is_broken = True
@@ -821,13 +821,13 @@ async def test_a_driver_that_raises_is_a_problem_of_the_robot(rig: Rig) -> None:
     assert ada.last("room")["robot"]["problem"] is None
 
 
-async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
-    """Everybody reads within one sweep that the robot cannot be driven, the host also why; and so
-    does whoever comes later, and an operator who is a guest.
+async def test_a_problem_of_the_robot_is_sent_at_once(rig: Rig) -> None:
+    """Everybody reads within one round that the robot cannot be driven, also newcomers and the
+    operator; only the host reads why.
     """
     ada, host = await rig.enter("ada-1111"), await rig.enter("host-111", is_host=True)
     ada.says(type="join")
-    for after_s in (0.2, 0.3):  # whenever the last look at the room was
+    for after_s in (0.2, 0.3):  # whenever the room was last polled
         rig.robot.problem = None
         rig.wait(1.0 + after_s, ada, host)
         rig.robot.problem = "/dev/ttyACM0 is unplugged"
@@ -842,8 +842,8 @@ async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
     assert not [one for one in (*ada.sent, *again.sent) if "/dev/" in json.dumps(one)]
 
 
-async def test_what_the_robot_tells_of_its_watchdog_is_told_on(rig: Rig) -> None:
-    """In ms, 0 for a robot that never stops by itself, null for one that does not tell."""
+async def test_the_robots_watchdog_time_is_passed_on(rig: Rig) -> None:
+    """It is sent in ms, 0 for a robot that never stops by itself, null for an unknown time."""
     ada = await rig.enter("ada-1111")
     told: list[tuple[float | None, float | None]] = [(None, None), (0.5, 500.0), (0.0, 0.0)]
     for rig.robot.ttl_s, ttl_ms in told:
@@ -852,7 +852,7 @@ async def test_what_the_robot_tells_of_its_watchdog_is_told_on(rig: Rig) -> None
 
 
 async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who has the robot, and what they ask for."""
+    """Everybody reads whether they drive, and what they ask for."""
     FakePeer.made = []
     monkeypatch.setattr(entry_module, "Peer", FakePeer)
     rig = Rig({"local": {"source": "serial"}})
@@ -874,15 +874,15 @@ async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.Monkey
     assert ada.last("room")["aboard"]["reason"] is None
 
 
-async def test_a_robot_without_a_passenger_tells_of_none(rig: Rig) -> None:
-    """Whatever a driver says, who has configured nobody aboard reads of nobody."""
+async def test_without_a_person_aboard_none_is_shown(rig: Rig) -> None:
+    """Whatever the driver says, nobody is shown unless the person aboard is configured."""
     ada = await rig.enter("ada-1111")
     rig.wait(0.2, ada)
     assert ada.last("room")["aboard"] is None
 
 
 async def test_an_operator_is_an_adviser_while_the_person_aboard_drives(rig: Rig) -> None:
-    """Their commands do not count, their turn's clock stands still, and they may still stop."""
+    """Their commands do not count, their turn's clock is paused, and they may still stop."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.1, ada)
@@ -901,7 +901,7 @@ async def test_an_operator_is_an_adviser_while_the_person_aboard_drives(rig: Rig
     assert rig.loop.latched is not None
 
 
-async def test_a_camera_that_fails_is_told_and_its_recovery_too(rig: Rig) -> None:
+async def test_a_failing_camera_and_its_recovery_are_shown(rig: Rig) -> None:
     """The page says that the camera is gone, and that it is back."""
     ada = await rig.enter("ada-1111")
     rig.camera.problem = Sentence("camera.silent")
@@ -912,7 +912,7 @@ async def test_a_camera_that_fails_is_told_and_its_recovery_too(rig: Rig) -> Non
     assert ada.last("room")["video"]["problem"] is None
 
 
-async def test_who_talks_without_end_hides_nobodys_silence(rig: Rig) -> None:
+async def test_a_flood_of_messages_hides_nobodys_silence(rig: Rig) -> None:
     """While one viewer keeps changing their name, a silent operator is still lost in time."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
@@ -927,7 +927,7 @@ async def test_who_talks_without_end_hides_nobodys_silence(rig: Rig) -> None:
 
 
 async def test_a_flood_is_not_read(rig: Rig) -> None:
-    """Messages beyond the rate are counted and dropped before they cost anything."""
+    """Messages over the rate are counted and dropped before they cost anything."""
     ada = await rig.enter("ada-1111")
     for step in range(500):
         ada.says(type="name", name=f"Ada {step}")
@@ -952,7 +952,7 @@ async def test_bad_offers_take_no_place(rig: Rig) -> None:
 
 
 async def test_a_browser_without_our_codec_is_told_so_each_time(rig: Rig) -> None:
-    """However often it tries, it reads of the codec, and not that others are connecting."""
+    """However often it tries, it reads about the codec, and not that others are connecting."""
     for kind, codec in (("video", "VP8"), ("audio", "opus")):
         offer = OFFER.replace(codec, "other")
         for _ in range(20):
@@ -963,7 +963,7 @@ async def test_a_browser_without_our_codec_is_told_so_each_time(rig: Rig) -> Non
 
 
 async def test_a_peer_that_never_opened_frees_its_place_at_once(rig: Rig) -> None:
-    """A viewer who failed to connect has no place to keep, so they get no grace time."""
+    """A viewer who failed to connect has no place to keep, and so no grace time."""
     await rig.enter("ada-1111")
     await rig.room.answer(visitor("eve-1111"), TAB, OFFER)
     FakePeer.made[-1].abandon()
@@ -981,7 +981,7 @@ async def test_of_two_offers_at_once_the_later_wins(rig: Rig) -> None:
 
 @pytest.mark.usefixtures("rig")
 async def test_everybody_queues_where_it_is_so_configured() -> None:
-    """With `join = "auto"` the first who enters drives and the next waits (thesis 4.3)."""
+    """With `join = "auto"` the first to enter drives and the next waits (thesis 4.3)."""
     everybody = Rig({"turns": {"join": "auto"}})
     ada, bob = await everybody.enter("ada-1111"), await everybody.enter("bob-1111")
     everybody.wait(0.3, ada, bob)
@@ -989,8 +989,8 @@ async def test_everybody_queues_where_it_is_so_configured() -> None:
     assert roles == ["operator", "queued"]
 
 
-async def test_nothing_new_is_not_told_again(rig: Rig) -> None:
-    """While nothing changes nothing is told; the estimated wait is, every 5 s."""
+async def test_nothing_unchanged_is_sent_again(rig: Rig) -> None:
+    """While nothing changes, nothing is sent but the estimated wait, every 5 s."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     rig.wait(0.2, ada, bob)
     ada.sent.clear()
@@ -1015,8 +1015,8 @@ async def test_the_role_brings_its_policy(rig: Rig) -> None:
     assert ada.last("playout")["policy"] == "audio-master"
 
 
-async def test_the_operator_gets_the_status_of_their_commands(rig: Rig) -> None:
-    """The rounds tell the operator that the robot moves, and why it does not; nobody else."""
+async def test_only_the_operator_gets_the_status_of_their_commands(rig: Rig) -> None:
+    """Only the operator is told that the robot moves, or why it does not."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     rig.wait(0.3, ada, bob)
@@ -1034,8 +1034,8 @@ async def test_the_operator_gets_the_status_of_their_commands(rig: Rig) -> None:
     assert [message for message in ada.sent if message["type"] == "drive_status"] == told
 
 
-async def test_a_fresh_page_is_told_what_becomes_of_its_commands(rig: Rig) -> None:
-    """An operator who reloads is told again why the robot stands, though that has not changed."""
+async def test_a_reloaded_page_gets_the_status_of_its_commands(rig: Rig) -> None:
+    """An operator who reloads is told again why the robot is stopped, even if that is unchanged."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.robot.problem = "the line is unplugged"
@@ -1047,8 +1047,8 @@ async def test_a_fresh_page_is_told_what_becomes_of_its_commands(rig: Rig) -> No
 
 
 @pytest.mark.parametrize("is_host", [False, True])
-async def test_nobody_keeps_a_tape_that_there_is_not(rig: Rig, is_host: bool) -> None:
-    """Who is in charge is told that nothing is recorded, and the others that they may not."""
+async def test_nobody_keeps_a_missing_tape(rig: Rig, is_host: bool) -> None:
+    """The host reads that nothing is recorded, and the others that they may not keep it."""
     ada = await rig.enter("ada-1111", is_host=is_host)
     ada.says(type="keep_tape")
     code = "tape.none" if is_host else "may.operator"
@@ -1062,8 +1062,8 @@ def _by(name: str) -> dict[str, Any]:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_a_name_that_was_put_off_is_taken_by_itself() -> None:
-    """Names changed in step by many cost no step of the event loop more than one of them."""
+async def test_deferred_names_are_compared_one_per_step() -> None:
+    """Many names changed at the same time are compared one per step of the event loop."""
     rig = Rig({})
     peers = [await rig.enter(f"guest-{number}") for number in range(6)]
     for number, peer in enumerate(peers):
@@ -1081,8 +1081,8 @@ async def test_a_name_that_was_put_off_is_taken_by_itself() -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_a_change_is_told_to_a_few_in_a_step() -> None:
-    """And the host's console is made for a few; all are told the same, and the console is whole."""
+async def test_a_change_is_sent_to_a_few_per_step() -> None:
+    """The host's console is made in parts, too; all get the same change, and it is complete."""
     rig = Rig({})
     hedy = await rig.enter("host-111", is_host=True)
     peers = [hedy, *[await rig.enter(f"guest-{number}") for number in range(2 * PORTION)]]
@@ -1109,8 +1109,8 @@ async def test_a_change_is_told_to_a_few_in_a_step() -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_a_closed_door_sends_a_few_away_in_a_step() -> None:
-    """All of them in the end, but whoever has gone by themselves meanwhile."""
+async def test_closing_sends_a_few_away_per_step() -> None:
+    """In the end everybody is sent away, except viewers who have left meanwhile."""
     rig = Rig({})
     peers = [await rig.enter(f"guest-{number}") for number in range(2 * PORTION)]
     rig.access.close(True)
@@ -1124,8 +1124,8 @@ async def test_a_closed_door_sends_a_few_away_in_a_step() -> None:
     assert sum(message["type"] == "ended" for message in gone.sent) == 1
 
 
-async def test_a_line_of_the_room_is_made_anew_where_it_has_changed(rig: Rig) -> None:
-    """The others' are the same objects, so that a crowd's are compared at once."""
+async def test_only_changed_lines_of_the_room_are_made_anew(rig: Rig) -> None:
+    """Unchanged lines are the same objects, so that a crowd's lines compare fast."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     before = rig.room.snapshot(rig.clock.time_s).viewers
     ada.says(type="name", name="Ada")
@@ -1137,7 +1137,7 @@ async def test_a_line_of_the_room_is_made_anew_where_it_has_changed(rig: Rig) ->
 async def test_a_turn_changes_the_policy_of_its_operator_alone(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """However many watch: nothing is asked of them when it begins or ends."""
+    """However many watch, nothing is done for them when a turn begins or ends."""
     ada, _ = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     followed: list[tuple[int, bool]] = []
     for viewer in rig.viewers:
@@ -1151,12 +1151,12 @@ async def test_a_turn_changes_the_policy_of_its_operator_alone(
     assert followed == [(1, True), (1, False)]
 
 
-async def test_whoever_joins_and_leaves_without_end_is_put_off(rig: Rig) -> None:
-    """Beyond ten times, for two seconds each; the next person joins meanwhile."""
+async def test_a_viewer_who_joins_and_leaves_without_end_is_slowed_down(rig: Rig) -> None:
+    """After ten times, each time costs them two seconds; the next person joins meanwhile."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     for _ in range(10):
         ada.says(type="join")
-        ada.says(type="join")  # who has a place loses none by asking for it
+        ada.says(type="join")  # asking for a place again loses none
         assert rig.turns.operator == 1
         ada.says(type="leave")
     ada.says(type="join")

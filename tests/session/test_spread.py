@@ -16,7 +16,7 @@ from wax.session.spread import Spread
 @examples(200)
 @given(st.lists(st.floats(0, 1e9), min_size=1, max_size=50))
 def test_it_is_the_median_within_a_step(values: list[float]) -> None:
-    """Within 3 % of the true lower median, and the maximum exactly."""
+    """It is within 3 % of the true lower median, and the maximum is exact."""
     spread = Spread()
     for value in values:
         spread.add(value)
@@ -24,7 +24,7 @@ def test_it_is_the_median_within_a_step(values: list[float]) -> None:
     assert spread.median == pytest.approx(statistics.median_low(values), rel=0.03, abs=0.011)
 
 
-def test_what_is_no_measurement_is_left_out() -> None:
+def test_invalid_measurements_are_ignored() -> None:
     """Unknown, negative, infinite and NaN change nothing."""
     spread = Spread()
     for value in (None, -1.0, math.inf, math.nan):

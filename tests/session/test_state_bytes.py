@@ -1,4 +1,4 @@
-"""What a viewer is sent on the state channel while another does all they can to make it much."""
+"""The bytes on a viewer's state channel while another viewer does all to make them many."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ SAID: dict[str, Callable[[int], dict[str, Any]]] = {
         else {"type": "release", "stop": n // 2, "sent_server_ms": 0.0, "beat": None}
     ),
 }
-"""Each floods in another way; all together in the last case."""
+"""Each key floods in another way; the test runs them all together."""
 
 
 @pytest.mark.system
 @pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_flood_of_one_is_hardly_noticed_by_the_others(tmp_path: Path) -> None:
-    """At most 2 kB a second with twelve viewers, whatever one of them repeats."""
+    """Each gets at most 2 kB a second with twelve viewers, whatever one of them repeats."""
     server = Server(tmp_path, toml.CARD)
     await server.start()
     try:
@@ -71,7 +71,7 @@ async def test_a_flood_of_one_is_hardly_noticed_by_the_others(tmp_path: Path) ->
                     viewers[-1].say(**says[number % len(says)](number))
                     await asyncio.sleep(FLOOD_PAUSE_S)
                 assert bytes_heard / took_s <= MOST_BYTES_A_SECOND, what
-            # The last name that is heard wins, and everybody learns of it.
+            # The last name counts, and everybody gets it.
             await asyncio.sleep(1.0)
             viewers[-1].say(type="name", name="The last")
 

@@ -18,7 +18,7 @@ def test_a_burst_then_the_rate() -> None:
 
 
 def test_time_that_runs_back_fills_nothing() -> None:
-    """Neither does the way back to where it was."""
+    """Nor does the time until the clock is back where it was."""
     bucket = TokenBucket(rate_hz=8.0, burst=1, now_s=5.0)
     assert bucket.take(5.0)
     assert not bucket.take(4.0)
@@ -28,7 +28,7 @@ def test_time_that_runs_back_fills_nothing() -> None:
 
 @given(st.lists(st.floats(-1, 2), max_size=200))
 def test_never_more_than_burst_and_rate(steps_s: list[float]) -> None:
-    """Whatever the clock does, what passes is at most the burst and what the time has earned."""
+    """Whatever the clock does, at most the burst and what the time has refilled is taken."""
     bucket = TokenBucket(rate_hz=5.0, burst=4, now_s=0.0)
     now_s = latest_s = 0.0
     passed = 0
