@@ -648,8 +648,7 @@ def test_the_doctor_tries_the_broker(tmp_path: Path) -> None:
         said = f"localhost:{mosquitto.port} accepts this server, and commands arrive; topics"
         assert (verdict.level, verdict.sentence) == (
             "ok",
-            f"{said} begin with wax/wax/. What it takes from this server, the host sees once"
-            " that runs.",
+            f"{said} begin with wax/wax/. It takes what this server publishes.",
         )
         with AtHome(mosquitto.port) as other:
             other.says("end", "x")
@@ -666,17 +665,41 @@ def test_the_doctor_says_which_command_does_not_arrive(
     """`wax doctor` names a command that does not arrive at a broker that accepts the connection."""
     monkeypatch.setattr(probes, "LIMIT_S", 0.2)
     acl = Acl(tmp_path)
-    acl.allow("write wax/#", "read wax/wax/+/set")
+    acl.allow("write wax/#", "read wax/wax/+/set", "write homeassistant/#")
     with running(tmp_path, *acl.lines) as mosquitto:
         mqtt = {"url": f"mqtt://localhost:{mosquitto.port}", **acl.keys}
         settings = Settings.model_validate({"mqtt": mqtt})
         verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
         assert verdict.level == "ok"
-        acl.allow("deny wax/wax/open/set", "readwrite wax/#", broker=mosquitto)
+        rights = "readwrite wax/#", "write homeassistant/#"
+        acl.allow("deny wax/wax/open/set", *rights, broker=mosquitto)
         verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
         assert verdict.level == "bad"
         assert "wax/wax/open/set" in verdict.sentence
         assert "stop" not in verdict.sentence
+
+
+def test_the_doctor_says_what_may_not_be_written(tmp_path: Path) -> None:
+    """`wax doctor` names each such topic, discovery's and a state's, as the host's panel does."""
+    acl = Acl(tmp_path)
+    acl.allow("deny wax/wax/queue", "deny wax/wax/event", "readwrite wax/#")
+    with running(tmp_path, *acl.lines) as mosquitto:
+        mqtt = {"url": f"mqtt://localhost:{mosquitto.port}", **acl.keys}
+        settings = Settings.model_validate({"mqtt": mqtt})
+        verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
+        topics = "homeassistant/device/wax_wax/config, wax/wax/event, wax/wax/queue"
+        values = {"topics": topics, "why": "Not authorized"}
+        assert verdict.level == "bad"
+        assert verdict.sentence == str(Sentence("house.not_said", values))
+
+
+@pytest.mark.parametrize(
+    ("limit", "n_left"), [("max_inflight_messages 3", 3), ("max_qos 1", 5), ("max_qos 2", 0)]
+)
+def test_no_more_is_asked_than_a_broker_allows(tmp_path: Path, limit: str, n_left: int) -> None:
+    """A broker ends a connection for too many messages under way, or for QoS 2 if it has none."""
+    with running(tmp_path, limit) as mosquitto:
+        assert _link(mosquitto.port).check([f"rover/{number}" for number in range(5)]) == n_left
 
 
 def test_the_doctor_neither_stops_nor_replaces_a_server(tmp_path: Path) -> None:

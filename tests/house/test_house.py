@@ -15,6 +15,7 @@ from tests.until import async_until
 from wax.config.settings import Settings
 from wax.errors import ForbiddenError, StartError
 from wax.house import broker
+from wax.house.discovery import published_topics
 from wax.house.house import GAP_S, House
 from wax.protocol import messages
 from wax.protocol.events import FaultEvent, Removed, StopEvent, StoppedByItself
@@ -61,9 +62,8 @@ class Rig:
         self.seen = {"queue": "0"}
         self.refuses = False
         tree = {"mqtt": {"url": "mqtt://home", "topic": "rover", **mqtt}}
-        self.house = House(
-            Settings.model_validate(tree), self.clock, seen=lambda: self.seen, act=self._act
-        )
+        self.settings = Settings.model_validate(tree)
+        self.house = House(self.settings, self.clock, seen=lambda: self.seen, act=self._act)
         self.link = cast("Link", self.house._link)
 
     def _act(self, act: HouseAct) -> None:
@@ -119,12 +119,17 @@ async def test_states_are_what_is_seen_and_what_was_told(rig: Rig) -> None:
 async def test_home_assistant_is_told_unless_configured_otherwise(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The discovery message is published among the states unless `discovery` is empty."""
+    """The discovery message is published among the states unless `discovery` is empty.
+
+    `wax doctor` knows beforehand what is published.
+    """
     _states(rig)
     assert "homeassistant/device/rover/config" in rig.link.states
+    assert set(rig.link.states) < set(published_topics(rig.settings))
     other = Rig(monkeypatch, discovery="")
     _states(other)
     assert all(topic.startswith("rover/") for topic in other.link.states)
+    assert all(topic.startswith("rover/") for topic in published_topics(other.settings))
 
 
 @pytest.mark.parametrize(("names", "name"), [(False, None), (True, "Eve")])

@@ -5,6 +5,8 @@ from __future__ import annotations
 from tests.session.test_room import Rig, rig
 
 from wax.config.controls import GaugeSettings
+from wax.config.settings import Settings
+from wax.house.discovery import published_topics
 from wax.session.house_states import house_states
 
 __all__ = ["rig"]
@@ -36,6 +38,9 @@ async def test_the_room_as_states(rig: Rig) -> None:
         "gauge/amps": "1.50",
         "gauge/gone": "None",
     }
+    known = {"gauges": [one.model_dump() for one in gauges], "mqtt": {"topic": "rover"}}
+    topics = published_topics(Settings.model_validate(known))
+    assert {f"rover/{key}" for key in told} < set(topics), "`wax doctor` tries them all"
     assert house_states(room, (), is_open=False, names=True)["driver"] == "Guest 1"
     empty = house_states(
         room.model_copy(update={"turn": room.turn.model_copy(update={"operator": None})}),

@@ -17,7 +17,7 @@ import structlog
 from wax.authority import client_tls
 from wax.errors import StartError
 from wax.house.connection import BrokerConnection, BrokerError
-from wax.house.discovery import STATUS
+from wax.house.discovery import EVENT, STATUS
 from wax.house.slug import client_id
 from wax.logs.printable import printable
 from wax.named_file import told_text
@@ -113,21 +113,25 @@ class BrokerLink:
         self.lost += len(self._events) == MOST_EVENTS
         self._events.append((self._clock.now_s(), event))
 
-    def check(self) -> None:
-        """Connect once, probe each command topic and disconnect; raises `BrokerError`.
+    def check(self, topics: Sequence[str] = ()) -> int:
+        """Connect once, probe each command topic, and ask whether `topics` may be written.
 
-        It has a client id of its own and no will: a running server keeps its session, and nobody at
-        home notices.
+        Returns how many of them the broker lets nobody ask about; raises `BrokerError`. It has a
+        client id of its own and no will: a running server keeps its session, and nobody at home
+        notices.
         """
+        connection = self._connection("trial")
         try:
-            connection = self._connection("trial")
             connection.open(self._target.host, self._target.port, LIMIT_S)
+            n_asked = connection.ask_to_write(topics)
             connection.client.disconnect()
-            connection.close()
         except (BrokerError, OSError) as error:
             raise BrokerError(self._why(error)) from error
+        finally:
+            connection.close()
         if found := connection.troubles():
             raise BrokerError(" ".join(str(one) for one in found))
+        return len(topics) - n_asked
 
     def _why(self, error: Exception) -> Sentence:
         if isinstance(error, BrokerError):
@@ -202,7 +206,7 @@ class BrokerLink:
             if now_s - at_s > KEPT_S:
                 self.expired += 1
             else:
-                connection.publications.publish(f"{self._topic}/event", event, now_s)
+                connection.publications.publish(f"{self._topic}/{EVENT}", event, now_s)
 
     def _update_troubles(self, connection: BrokerConnection) -> None:
         """Update what the broker refuses or withholds, and log what is new."""

@@ -11,9 +11,10 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, Final
 
 from paho.mqtt import client as paho
-from paho.mqtt.enums import CallbackAPIVersion
+from paho.mqtt.enums import CallbackAPIVersion, MQTTErrorCode
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
+from paho.mqtt.reasoncodes import ReasonCode
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from wax.errors import WaxError
@@ -25,10 +26,9 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     import ssl
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from paho.mqtt.client import DisconnectFlags
-    from paho.mqtt.reasoncodes import ReasonCode
 
     from wax.clock import Clock
 
@@ -166,6 +166,18 @@ class BrokerConnection:
             if self.publications.can_send():
                 self.publications.publish(topic, payload, now_s)
 
+    def ask_to_write(self, topics: Sequence[str]) -> int:
+        """Ask about each topic, as many as the broker allows, and return how many that were.
+
+        One by one: a broker may answer by ending the connection.
+        """
+        asked = topics[: self.publications.most_questions]
+        for topic in asked:
+            self.publications.ask_to_write(topic, self._clock.now_s())
+            while self.publications.awaited():
+                self.step()
+        return len(asked)
+
     def publish_states(self, states: Mapping[str, str]) -> None:
         """Publish what has changed: which command topics work, that we are online, and `states`."""
         now_s, publications = self._clock.now_s(), self.publications
@@ -228,6 +240,7 @@ class BrokerConnection:
         self.publications.limit(
             getattr(more, "ReceiveMaximum", MOST_AWAITED),
             getattr(more, "MaximumPacketSize", MOST_PACKET_BYTES),
+            getattr(more, "MaximumQoS", 2),
         )
         client.subscribe([(topic, _live()) for topic in self._asks])
 
@@ -300,7 +313,7 @@ class BrokerConnection:
 
 
 class _Client(paho.Client):
-    """paho's client, which asks `before_read` before each read.
+    """paho's client, which asks `before_read` before each read, and releases nothing (QoS 2).
 
     On its own, it buffers whatever length a broker announces, up to 256 MB for one packet.
     """
@@ -317,6 +330,15 @@ class _Client(paho.Client):
     def _sock_recv(self, bufsize: int) -> bytes:
         self._before_read(bufsize)
         return super()._sock_recv(bufsize)
+
+    def _handle_pubrec(self) -> MQTTErrorCode:
+        """Report the broker's answer; paho would release the message even after a refusal."""
+        packet = self._in_packet["packet"]
+        mid = int.from_bytes(packet[:2])
+        if mid not in self._out_messages:
+            return MQTTErrorCode.MQTT_ERR_SUCCESS
+        answer = ReasonCode(PacketTypes.PUBREC, identifier=packet[2] if len(packet) > 2 else 0)
+        return self._do_on_publish(mid, answer, Properties(PacketTypes.PUBREC))  # type: ignore[no-untyped-call]
 
 
 def _live() -> SubscribeOptions:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from wax.config.settings import Settings
 
 STATUS: Final = "status"
+EVENT: Final = "event"
+DRIVER: Final = "driver"
 ONLINE: Final = "online"
 OFFLINE: Final = "offline"
 
@@ -46,6 +48,17 @@ def birth_topic(settings: Settings) -> str:
 def gauge_key(name: str) -> str:
     """Return the last levels of a gauge's topic; its id has "_" for "/"."""
     return f"gauge/{name}"
+
+
+def published_topics(settings: Settings) -> list[str]:
+    """Return every topic that this server publishes to."""
+    where, device = discovery(settings, "")
+    topic, components = topic_of(settings), device["components"].values()
+    found = [where] if settings.mqtt.discovery else []
+    found += [f"{topic}/{level}" for level in (STATUS, EVENT, DRIVER)]
+    found += [way["topic"] for one in components for way in one.get("availability", [])]
+    found += [one["state_topic"] for one in components if "state_topic" in one]
+    return list(dict.fromkeys(found))
 
 
 def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
@@ -93,9 +106,9 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
     switch(commands.BLANKED, "Blank")
     # An entry with nothing but its platform removes a component that is not allowed (any more).
     if mqtt.names:
-        shows("driver", "sensor", "Driver")
+        shows(DRIVER, "sensor", "Driver")
     else:
-        components["driver"] = {"platform": "sensor"}
+        components[DRIVER] = {"platform": "sensor"}
     if mqtt.release:
         button(commands.RELEASE, "Release", command_template=_RELEASED)
     else:

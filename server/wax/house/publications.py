@@ -17,6 +17,8 @@ MOST_AWAITED: Final = 20
 """The most messages that may await an acknowledgement; beyond them, publishing pauses."""
 MOST_PACKET_BYTES: Final = 268_435_460
 """The largest packet where the broker names no limit (MQTT 5, 2.1.4)."""
+_QUESTION: Final = "None"
+"""Home Assistant's unknown state, in case a broker delivers before it is asked to."""
 
 
 class Publications:
@@ -24,21 +26,24 @@ class Publications:
 
     `refused` maps the topics that it refused to why; `too_large` are those whose last message was
     not sent, since the broker ends a connection that sends a packet of more than `most_bytes`.
+    `ask_to_write` may be called `most_questions` times.
     """
 
     def __init__(self, client: paho.Client) -> None:
         self.refused: dict[str, ReasonCode] = {}
         self.too_large: set[str] = set()
         self.most_bytes = MOST_PACKET_BYTES
+        self.most_questions = 0
         self._client = client
         self._most = MOST_AWAITED
         self._said: dict[str, str] = {}
         self._awaited: dict[int, tuple[str, float]] = {}
         client.on_publish = self._on_publish
 
-    def limit(self, n_awaited: int, most_bytes: int) -> None:
-        """Apply the broker's limits: unacknowledged messages, and bytes of one packet."""
+    def limit(self, n_awaited: int, most_bytes: int, most_qos: int) -> None:
+        """Apply the broker's limits: messages under way, bytes of one packet, and its QoS."""
         self._most, self.most_bytes = min(MOST_AWAITED, n_awaited), most_bytes
+        self.most_questions = self._most - 1 if most_qos == 2 else 0  # each stays under way
 
     def can_send(self) -> bool:
         """Whether the broker accepts another message now."""
@@ -47,6 +52,14 @@ class Publications:
     def publish(self, topic: str, payload: str | bytes, now_s: float) -> None:
         """Publish a message that is not retained."""
         self._send(topic, payload, now_s, retain=False)
+
+    def ask_to_write(self, topic: str, now_s: float) -> None:
+        """Find out whether the broker takes a message at this topic, which reaches nobody.
+
+        It answers with QoS 2 as with QoS 1, but brokers like mosquitto deliver only what is
+        released, and `_Client` releases nothing.
+        """
+        self._send(topic, _QUESTION, now_s, retain=False, qos=2)
 
     def publish_state(
         self, topic: str, payload: str, now_s: float, properties: Properties | None = None
@@ -79,13 +92,14 @@ class Publications:
         now_s: float,
         *,
         retain: bool,
+        qos: int = 1,
         properties: Properties | None = None,
     ) -> None:
         if _packet_bytes(topic, payload, properties) > self.most_bytes:
             self.too_large.add(topic)
             return
         self.too_large.discard(topic)
-        sent = self._client.publish(topic, payload, 1, retain, properties)
+        sent = self._client.publish(topic, payload, qos, retain, properties)
         self._awaited[sent.mid] = topic, now_s
 
     def _on_publish(

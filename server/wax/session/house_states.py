@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from wax.house.commands import BLANKED, OFF, ON, OPEN, PAUSED
-from wax.house.discovery import gauge_key
+from wax.house.discovery import DRIVER, gauge_key
 from wax.house.house import UNKNOWN
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def house_states(
         drives = (one.name for one in room.viewers if one.id == room.turn.operator)
         driver = next(drives, UNKNOWN)
     states = {
-        "driver": driver,
+        DRIVER: driver,
         "queue": str(sum(one.role == "queued" for one in room.viewers)),
         "viewers": str(len(room.viewers)),
         "battery": UNKNOWN if battery is None else _number(battery * 100, 0),

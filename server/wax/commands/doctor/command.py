@@ -18,7 +18,7 @@ from wax.encode.choice import choose
 from wax.encode.trials import LIMIT_S
 from wax.errors import ConfigError
 from wax.hooks.signature import read_secret
-from wax.house.discovery import topic_of
+from wax.house.discovery import published_topics, topic_of
 from wax.house.house import broker_link
 
 if TYPE_CHECKING:
@@ -136,13 +136,14 @@ def _hook(number: int, hook: HookSettings) -> Verdict:
 
 
 def _broker(settings: Settings) -> Verdict:
-    """Connect, probe the commands, disconnect; raises `BrokerError` or `StartError`."""
+    """Try what this server does there; raises `BrokerError` or `StartError`."""
     link = broker_link(settings, SystemClock())
-    link.check()
-    return ok(
-        f"{link.name} accepts this server, and commands arrive; topics begin with"
-        f" {topic_of(settings)}/. What it takes from this server, the host sees once that runs."
-    )
+    n_untried = link.check(published_topics(settings))
+    told = f"{link.name} accepts this server, and commands arrive; topics begin with"
+    told += f" {topic_of(settings)}/. It takes what this server publishes"
+    if n_untried:
+        told += f", as far as that can be tried; at {n_untried} topics, the host sees it later"
+    return ok(f"{told}.")
 
 
 def _configuration(read: Callable[[], Settings], path: Path | None) -> tuple[Settings, Verdict]:
