@@ -32,13 +32,13 @@ _SENTENCES: Final = {
 
 _BLOCKED: Final = {
     "en": "Loading the robot’s picture… If it does not come, the site around this frame blocks it,"
-    " or your browser is too old. Open the robot’s page, or copy its address into a new tab:",
+    " or your browser is too old. To open the robot’s page, copy its address into a new tab:",
     "de": "Das Bild des Roboters wird geladen… Kommt es nicht, lässt die Website um diesen Rahmen"
-    " es nicht zu, oder dein Browser ist zu alt. Öffne die Seite des Roboters, oder kopiere ihre"
+    " es nicht zu, oder dein Browser ist zu alt. Um die Seite des Roboters zu öffnen, kopiere ihre"
     " Adresse in einen neuen Tab:",
 }
-"""What a frame with ``sandbox`` shows: without an origin it loads neither script nor style, and it
-may be unable to open a tab."""
+"""What a frame with ``sandbox`` shows: without an origin it loads neither script nor style. It has
+no link: what that opened would mostly inherit the sandbox."""
 
 _TITLE: Final = re.compile(r"<title>[^<]*</title>")
 _DESCRIPTION: Final = re.compile(r'<meta\s+name="description"\s+content="[^"]*"\s*/?>')
@@ -101,7 +101,7 @@ class BrandedPage:
             told |= {"view": oembed.VIEW}
             text = _PRELOAD.sub("", text)
             blocked = _BLOCKED.get(settings.language, _BLOCKED["en"])
-            text = _LOADING.sub(lambda found: f"{found[1]}{blocked} {_link(base)}", text, count=1)
+            text = _LOADING.sub(lambda found: f"{found[1]}{blocked} {escape(base)}/", text, count=1)
         data = "".join(f'data-{name}="{escape(value)}" ' for name, value in told.items())
         text = text.replace("<html ", f"<html {data}", 1)
         # A function, since `sub` would replace group references in the host's text.
@@ -141,11 +141,6 @@ class BrandedPage:
             _meta("property", "og:image:height", str(self.picture.height)),
             _meta("property", "og:image:alt", name),
         ]
-
-
-def _link(base: str) -> str:
-    address = escape(f"{base}/")
-    return f'<a href="{address}" target="_blank" rel="noopener">{address}</a>'
 
 
 def _meta(kind: str, name: str, content: str) -> str:
