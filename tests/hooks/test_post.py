@@ -67,6 +67,24 @@ async def test_an_address_is_sent_as_it_is_written(receiver: Receiver, path: str
     assert [asked for asked, *_ in receiver.asked] == [path]
 
 
+async def test_a_connection_keeps_the_systems_receive_buffer(
+    receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a smaller one, a receiver's certificates take many round trips, and the limit is 10 s."""
+    sizes_bytes: list[int] = []
+    made = ResponseHandler.connection_made
+
+    def noted(handler: ResponseHandler, transport: asyncio.BaseTransport) -> None:
+        line = transport.get_extra_info("socket")
+        sizes_bytes.append(line.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF))
+        made(handler, transport)
+
+    monkeypatch.setattr(ResponseHandler, "connection_made", noted)
+    await _post(receiver.url)
+    with socket.create_connection(("127.0.0.1", receiver.port)) as plain:
+        assert sizes_bytes == [plain.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)]
+
+
 @pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
 async def test_no_redirect_is_followed(receiver: Receiver, status: int) -> None:
     """A redirect is a failure whose sentence says what to configure instead."""
