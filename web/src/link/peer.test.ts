@@ -298,6 +298,15 @@ it("ends if the server is full, and passes on the rooms that it names", async ()
   expect(lost).not.toHaveBeenCalled();
 });
 
+const STEPS = ["createOffer", "setLocalDescription", "setRemoteDescription"] as const;
+
+function expectGivenUpAfter4s(lost: unknown, api: string): void {
+  vi.advanceTimersByTime(3999);
+  expect(lost).not.toHaveBeenCalled();
+  vi.advanceTimersByTime(1);
+  expect(lost).toHaveBeenCalledExactlyOnceWith(ours("link.browser_hangs", { api }), null);
+}
+
 describe("a voice", () => {
   const ANSWER = "v=0\r\nm=audio 9 X 111\r\na=rtpmap:111 opus/48000/2\r\n";
   const track = {} as MediaStreamTrack;
@@ -338,6 +347,18 @@ describe("a voice", () => {
     peer.shape({ bitrateBps: 6000, packetMs: 60 });
     await eventually(() => expect(connection.localDescription?.type).toBe("rollback"));
     expect(lost).not.toHaveBeenCalled();
+  });
+
+  it.each(STEPS)("changes its encoding within 4 s, or the peer fails: %s", async (api) => {
+    const { peer, connected, connection, lost } = connect(true);
+    await connected;
+    vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout"] });
+    const asked = new Promise<void>((resolve) => {
+      Object.assign(connection, { [api]: () => new Promise(() => resolve()) });
+    });
+    peer.shape({ bitrateBps: 6000, packetMs: 60 });
+    await asked;
+    expectGivenUpAfter4s(lost, api);
   });
 
   it("leaves the answer unchanged if there is none", async () => {
@@ -405,26 +426,20 @@ it("does not blame the network if the connection has worked", async () => {
   expect(lost).toHaveBeenCalledWith(ours("link.lost"), null);
 });
 
-it.each(["createOffer", "setLocalDescription", "setRemoteDescription"] as const)(
-  "fails with a reason after 4 s if the browser never finishes %s",
-  async (api) => {
-    vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout"] });
-    const asked = new Promise<void>((resolve) => {
-      vi.stubGlobal(
-        "RTCPeerConnection",
-        class extends FakeConnection {
-          constructor() {
-            super();
-            Object.assign(this, { [api]: () => new Promise(() => resolve()) });
-          }
-        },
-      );
-    });
-    const { lost } = connect();
-    await asked;
-    vi.advanceTimersByTime(3999);
-    expect(lost).not.toHaveBeenCalled();
-    vi.advanceTimersByTime(1);
-    expect(lost).toHaveBeenCalledExactlyOnceWith(ours("link.browser_hangs", { api }), null);
-  },
-);
+it.each(STEPS)("fails with a reason after 4 s if the browser never finishes %s", async (api) => {
+  vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout"] });
+  const asked = new Promise<void>((resolve) => {
+    vi.stubGlobal(
+      "RTCPeerConnection",
+      class extends FakeConnection {
+        constructor() {
+          super();
+          Object.assign(this, { [api]: () => new Promise(() => resolve()) });
+        }
+      },
+    );
+  });
+  const { lost } = connect();
+  await asked;
+  expectGivenUpAfter4s(lost, api);
+});

@@ -173,7 +173,9 @@ export class Peer {
 
   /**
    * Changes the voice's encoding by applying the same answer with other parameters for it; the
-   * server is not involved, and nothing else changes.
+   * server is not involved, and nothing else changes. A browser that never finishes
+   * a step would not end the voice either (`speak` waits for it), so this peer is given up, as in
+   * `connect`.
    */
   shape(encoding: VoiceEncoding): void {
     if (!this.#voice || encoding === this.#encoding) return;
@@ -185,12 +187,14 @@ export class Peer {
     const pc = this.#pc;
     const isLate = encoding !== this.#encoding || pc.signalingState !== "stable";
     if (this.#answer === null || this.#aborting.signal.aborted || isLate) return;
-    await this.#offer(await pc.createOffer());
+    const offer = await this.#does("createOffer", pc.createOffer());
+    await this.#does("setLocalDescription", this.#offer(offer));
     try {
-      await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(this.#answer) });
+      const description = { type: "answer", sdp: this.#shaped(this.#answer) } as const;
+      await this.#does("setRemoteDescription", pc.setRemoteDescription(description));
     } catch {
       // A browser that refuses the change keeps the previous encoding.
-      await pc.setLocalDescription({ type: "rollback" });
+      await this.#does("setLocalDescription", pc.setLocalDescription({ type: "rollback" }));
     }
   }
 
