@@ -65,7 +65,7 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "session/stop_budget": (
         *("session/test_stop_budget", "session/test_session_rooms", "session/test_house_acts"),
     ),
-    "session/token_bucket": ("session/test_token_bucket",),
+    "token_bucket": ("test_token_bucket", "edge/test_budget"),
 }
 _CORE_FILES: Final = (
     "battery.h",

@@ -20,12 +20,7 @@ class Room:
     """Viewers by number, admitted and removed as the class under test says."""
 
     def __init__(self, *, most: int = 100, share: float = 0.5, silent: int = 2) -> None:
-        self.capacity = Capacity(
-            most=most,
-            most_silent_per_address=silent,
-            share_per_address=share,
-            now_s=0.0,
-        )
+        self.capacity = Capacity(most=most, most_silent_per_address=silent, share_per_address=share)
         self.present: dict[int, Asking] = {}
         self.yielded: list[int] = []
         self._next = 0

@@ -13,7 +13,7 @@ from wax.protocol import messages, room_change
 from wax.sentence import says
 from wax.session.last_wins import LastWins
 from wax.session.room_updates import RoomUpdates
-from wax.session.token_bucket import TokenBucket
+from wax.token_bucket import TokenBucket
 
 VIEWERS = 12
 ROUND_S = 0.05
@@ -181,7 +181,7 @@ def test_the_last_request_wins() -> None:
     done: list[tuple[float, int]] = []
     now_s = 0.0
     names: LastWins[int] = LastWins(
-        lambda number: done.append((now_s, number)), TokenBucket(rate_hz=0.5, burst=1, now_s=0.0)
+        lambda number: done.append((now_s, number)), TokenBucket(rate_hz=0.5, burst=1)
     )
     for step in range(100):
         now_s = step / 20

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from wax.token_bucket import TokenBucket
+
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
@@ -25,9 +27,8 @@ class UploadBudget:
 
     def __init__(self, upload_bps: float) -> None:
         self._all_bps = _MEDIA_SHARE * upload_bps if upload_bps > 0 else float("inf")
-        self._repeat_bps = _REPEAT_SHARE * upload_bps if upload_bps > 0 else float("inf")
-        self._repeated_bits = 0.0
-        self._repeated_s = float("-inf")
+        repeat_bps = _REPEAT_SHARE * upload_bps if upload_bps > 0 else float("inf")
+        self._repeats = TokenBucket(repeat_bps, repeat_bps)
         self._wants: dict[Hashable, tuple[float, bool]] = {}  # how much, and whether they drive
         self._level_bps = self._all_bps
         self._filled_s = float("-inf")
@@ -45,14 +46,9 @@ class UploadBudget:
 
     def may_repeat(self, size_bytes: int, *, drives: bool, now_s: float) -> bool:
         """Admit and count a retransmission if there is budget; always admit the operator's."""
-        if self._repeat_bps == float("inf"):
-            return True
-        gone_s = max(now_s - self._repeated_s, 0.0)
-        self._repeated_s = now_s
-        self._repeated_bits = max(self._repeated_bits - gone_s * self._repeat_bps, 0.0)
-        if self._repeated_bits > self._repeat_bps and not drives:
+        if self._repeats.level(now_s) < 0 and not drives:
             return False
-        self._repeated_bits = min(self._repeated_bits + 8 * size_bytes, 2 * self._repeat_bps)
+        self._repeats.owe(8 * size_bytes)
         return True
 
     def leave(self, who: Hashable) -> None:

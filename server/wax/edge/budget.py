@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Final
 from weakref import WeakValueDictionary
 
+from wax.token_bucket import TokenBucket
+
 _ADDRESS_SHARE: Final = 0.5
-_LONGEST_WAIT_S: Final = 1.0
-"""However much a step has cost: a garbage collection is charged to the step it interrupts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,8 @@ class Budget:
 
     def __init__(self, rates: Rates) -> None:
         self._rates = rates
-        self._pool = _Level(rates.pool, rates.pool_burst_s)
-        self._addresses: WeakValueDictionary[str, _Level] = WeakValueDictionary()
+        self._pool = TokenBucket(rates.pool, rates.pool_burst_s)
+        self._addresses: WeakValueDictionary[str, TokenBucket] = WeakValueDictionary()
 
     def payer(self, address: str) -> Payer:
         """Return a new account for somebody at this address."""
@@ -41,62 +41,32 @@ class Budget:
         shared = self._addresses.get(address)
         if shared is None:
             share = _ADDRESS_SHARE
-            shared = _Level(share * rates.pool, share * rates.pool_burst_s)
+            shared = TokenBucket(share * rates.pool, share * rates.pool_burst_s)
             self._addresses[address] = shared
-        return Payer(_Level(rates.committed, rates.committed_burst_s), (self._pool, shared))
+        own = TokenBucket(rates.committed, rates.committed_burst_s)
+        return Payer(own, (self._pool, shared))
 
 
 class Payer:
     """One stranger's account; all times come from one clock."""
 
-    def __init__(self, own: _Level, shared: tuple[_Level, ...]) -> None:
+    def __init__(self, own: TokenBucket, shared: tuple[TokenBucket, ...]) -> None:
         self._own = own
         self._shared = shared
 
     def spend(self, cost_s: float, now_s: float) -> None:
-        """Charge `cost_s` seconds of processor time, which may leave a debt."""
-        rest_s = cost_s - self._own.take_up_to(cost_s, now_s)
-        if rest_s <= 0:
-            return
-        if all(level.left_s(now_s) > 0 for level in self._shared):
-            for level in self._shared:
-                level.owe(rest_s)
-        else:
-            self._own.owe(rest_s)
+        """Charge `cost_s` seconds of processor time, which may leave a debt of a second's rate.
+
+        It is no larger: a garbage collection is charged to the step it interrupts.
+        """
+        own_s = min(cost_s, max(self._own.level(now_s), 0.0))
+        self._own.owe(own_s)
+        is_shared = all(one.level(now_s) > 0 for one in self._shared)
+        for bucket in self._shared if is_shared else (self._own,):
+            bucket.owe(cost_s - own_s)
 
     def wait_s(self, now_s: float) -> float:
         """Return how long to wait before the next step, 1 s at most; 0 to go on at once."""
-        if self._own.left_s(now_s) > 0 or all(one.left_s(now_s) > 0 for one in self._shared):
+        if self._own.level(now_s) > 0 or all(one.level(now_s) > 0 for one in self._shared):
             return 0.0
         return self._own.recovers_in_s(now_s)
-
-
-class _Level:
-    """A token bucket of seconds, whose debt is at most what refills in 1 s."""
-
-    __slots__ = ("__weakref__", "_burst_s", "_filled_s", "_left_s", "_rate")
-
-    def __init__(self, rate: float, burst_s: float) -> None:
-        self._rate = rate
-        self._burst_s = burst_s
-        self._left_s = burst_s
-        self._filled_s = float("-inf")
-
-    def left_s(self, now_s: float) -> float:
-        """Return what is left; a clock that runs backwards adds nothing."""
-        if now_s > self._filled_s:
-            self._left_s = min(self._left_s + (now_s - self._filled_s) * self._rate, self._burst_s)
-            self._filled_s = now_s
-        return self._left_s
-
-    def take_up_to(self, cost_s: float, now_s: float) -> float:
-        """Take `cost_s`, or all that is left; return how much was taken."""
-        taken_s = min(cost_s, max(self.left_s(now_s), 0.0))
-        self._left_s -= taken_s
-        return taken_s
-
-    def owe(self, cost_s: float) -> None:
-        self._left_s = max(self._left_s - cost_s, -self._rate * _LONGEST_WAIT_S)
-
-    def recovers_in_s(self, now_s: float) -> float:
-        return max(-self.left_s(now_s), 0.0) / self._rate

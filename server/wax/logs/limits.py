@@ -7,6 +7,7 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.logs.printable import printable
+from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, MutableMapping
@@ -31,22 +32,19 @@ class RepeatLimit(logging.Filter):
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
         super().__init__()
         self._now_s = now_s
-        self._kinds: dict[Hashable, tuple[float, float, int]] = {}
+        self._kinds: dict[Hashable, tuple[TokenBucket, int]] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        kind, now_s = _kind(record), self._now_s()
+        kind = _kind(record)
         if len(self._kinds) >= _MAX_KINDS:
             self._kinds.clear()
-        left, since_s, left_out = self._kinds.get(kind, (float(_BURST), now_s, 0))
-        left = min(float(_BURST), left + (now_s - since_s) * _RATE_HZ)
-        if left < 1:
-            self._kinds[kind] = (left, now_s, left_out + 1)
-            return False
-        self._kinds[kind] = (left - 1, now_s, 0)
-        if left_out:
+        bucket, left_out = self._kinds.get(kind) or (TokenBucket(_RATE_HZ, _BURST), 0)
+        passes = bucket.take(self._now_s())
+        self._kinds[kind] = bucket, 0 if passes else left_out + 1
+        if passes and left_out:
             setattr(record, _LEFT_OUT, left_out)
             _drop_trace(record)
-        return True
+        return passes
 
 
 def add_left_out(_: object, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Final
 
 from wax.errors import FullError, NoPlaceError, TooOftenError
 from wax.sentence import Sentence
-from wax.session.token_bucket import TokenBucket
 from wax.session.unfollowed import Unfollowed
+from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -63,7 +63,7 @@ class Capacity:
     """Decides for one room of `most` guests; all times in seconds of one clock."""
 
     def __init__(
-        self, *, most: int, most_silent_per_address: int, share_per_address: float, now_s: float
+        self, *, most: int, most_silent_per_address: int, share_per_address: float
     ) -> None:
         self._most = most
         self._most_embeds = max(1, most // _EMBEDS)
@@ -71,14 +71,10 @@ class Capacity:
         self._most_silent_per_address = most_silent_per_address
         self._most_per_address = max(_LEAST_PER_ADDRESS, int(most * share_per_address))
         # After an outage everybody returns at once.
-        self._returns = TokenBucket(rate_hz=_RETURNS_HZ, burst=max(most, 10), now_s=now_s)
-        self._answers = TokenBucket(rate_hz=_ANSWERS_HZ, burst=_ANSWERS_BURST, now_s=now_s)
-        self._embed_answers = TokenBucket(
-            rate_hz=_ANSWERS_HZ / _EMBEDS, burst=_ANSWERS_BURST // _EMBEDS, now_s=now_s
-        )
-        self._behind_answers = TokenBucket(
-            rate_hz=_ANSWERS_HZ / _BEHIND, burst=_ANSWERS_BURST // _BEHIND, now_s=now_s
-        )
+        self._returns = TokenBucket(_RETURNS_HZ, max(most, 10))
+        self._answers = TokenBucket(_ANSWERS_HZ, _ANSWERS_BURST)
+        self._embed_answers = TokenBucket(_ANSWERS_HZ / _EMBEDS, _ANSWERS_BURST // _EMBEDS)
+        self._behind_answers = TokenBucket(_ANSWERS_HZ / _BEHIND, _ANSWERS_BURST // _BEHIND)
         self._unfollowed = Unfollowed()
         self._silent: deque[_Silent] = deque()
 

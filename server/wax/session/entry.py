@@ -81,7 +81,6 @@ class Entry:
             most=settings.server.max_viewers,
             most_silent_per_address=settings.server.max_silent_per_address,
             share_per_address=settings.server.max_share_per_address,
-            now_s=clock.now_s(),
         )
         self._lacking: set[str] = set()
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()

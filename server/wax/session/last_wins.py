@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.session.token_bucket import TokenBucket
+    from wax.token_bucket import TokenBucket
 
 _T = TypeVar("_T")
 

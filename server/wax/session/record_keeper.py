@@ -94,7 +94,7 @@ class RecordKeeper:
         self._drive_status: DriveStatus | None = None
         self._stop_written_s = -math.inf
         self._updated_s = clock.now_s()
-        self._thrift = TurnThrift(clock.now_s())
+        self._thrift = TurnThrift()
         self._contained = FirstErrorLogged("the records are incomplete")
         """Wraps all work here: a failing record must never stop the robot."""
         self.stops: Counter[str] = Counter()

@@ -24,7 +24,7 @@ from wax.session.kept_state import KeptState
 from wax.session.room_updates import RoomUpdates
 from wax.session.rooms import Rooms
 from wax.session.stop_budget import StopBudget
-from wax.session.token_bucket import TokenBuckets
+from wax.token_bucket import TokenBuckets
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

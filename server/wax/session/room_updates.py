@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.protocol.room_change import between
-from wax.session.token_bucket import TokenBucket
+from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from wax.protocol.messages import RoomChange, RoomState, ViewerInfo
@@ -33,9 +33,9 @@ class RoomUpdates:
 
     def __init__(self, now_s: float) -> None:
         self.told: RoomState | None = None
-        self._urgent = TokenBucket(rate_hz=_URGENT_HZ, burst=_URGENT_BURST, now_s=now_s)
-        self._places = TokenBucket(rate_hz=_PLACES_HZ, burst=_PLACES_BURST, now_s=now_s)
-        self._names = TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
+        self._urgent = TokenBucket(rate_hz=_URGENT_HZ, burst=_URGENT_BURST)
+        self._places = TokenBucket(rate_hz=_PLACES_HZ, burst=_PLACES_BURST)
+        self._names = TokenBucket(rate_hz=_NAMES_HZ, burst=1)
         self._refreshed_s = now_s
 
     def next(self, room: RoomState, now_s: float) -> RoomState | RoomChange | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.session.token_bucket import TokenBucket
+from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from wax.control.turns import TurnStarted
@@ -25,8 +25,8 @@ class TurnThrift:
     counts those that ended before.
     """
 
-    def __init__(self, now_s: float) -> None:
-        self._allowed = TokenBucket(rate_hz=_TURNS_HZ, burst=_TURNS_BURST, now_s=now_s)
+    def __init__(self) -> None:
+        self._allowed = TokenBucket(rate_hz=_TURNS_HZ, burst=_TURNS_BURST)
         self._held: tuple[TurnStarted, float] | None = None
         self.left_out = 0
 

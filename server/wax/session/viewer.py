@@ -23,8 +23,8 @@ from wax.session.diagnosis import for_guests
 from wax.session.last_minute import LastMinute
 from wax.session.last_wins import LastWins
 from wax.session.names import clean_name
-from wax.session.token_bucket import TokenBucket
 from wax.sync.playout import PlayoutReport, StreamPlayout
+from wax.token_bucket import TokenBucket
 from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:
@@ -144,37 +144,29 @@ class Viewer:
         self._service = service
         self._events = events
         self.boundary = self._make_boundary()
-        now_s = clock.now_s()
         state = service.state_messages
         self.drive_status: messages.DriveStatus | None = None
         """The status of this viewer's commands, None before the first."""
         self._drive_sent: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
         self._is_misunderstood = False
         self._limits = {
-            "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
-            "state": TokenBucket(rate_hz=state.rate_hz, burst=state.burst, now_s=now_s),
+            "drive": TokenBucket(_DRIVE_HZ, _DRIVE_BURST),
+            "state": TokenBucket(state.rate_hz, state.burst),
         }
-        self._commands = TokenBucket(rate_hz=_COMMANDS_HZ, burst=_COMMANDS_BURST, now_s=now_s)
-        self._sets = TokenBucket(rate_hz=_SETS_HZ, burst=_SETS_BURST, now_s=now_s)
-        self._keyframes = TokenBucket(rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s)
-        self._names = LastWins(
-            weak_callback(self._ask_name), TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
-        )
+        self._commands = TokenBucket(_COMMANDS_HZ, _COMMANDS_BURST)
+        self._sets = TokenBucket(_SETS_HZ, _SETS_BURST)
+        self._keyframes = TokenBucket(_KEYFRAMES_HZ, _KEYFRAMES_BURST)
+        self._names = LastWins(weak_callback(self._ask_name), TokenBucket(_NAMES_HZ, 1))
         self._wants = LastWins(
-            weak_callback(self._choose_streams),
-            TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s),
+            weak_callback(self._choose_streams), TokenBucket(_WANTS_HZ, _WANTS_BURST)
         )
         self._looks = LastWins(
-            weak_callback(self._choose_cameras),
-            TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s),
+            weak_callback(self._choose_cameras), TokenBucket(_WANTS_HZ, _WANTS_BURST)
         )
         self._moves = LastWins(
-            weak_callback(self._restart_streams),
-            TokenBucket(rate_hz=_MOVES_HZ, burst=_MOVES_BURST, now_s=now_s),
+            weak_callback(self._restart_streams), TokenBucket(_MOVES_HZ, _MOVES_BURST)
         )
-        self._camera_keyframes = TokenBucket(
-            rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s
-        )
+        self._camera_keyframes = TokenBucket(_KEYFRAMES_HZ, _KEYFRAMES_BURST)
         self.streams = service.streams(weakref.proxy(self), sync)
 
     def update_access(self, visitor: Visitor, grant: Grant) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 from wax.access import permissions
 from wax.protocol import messages
 from wax.sentence import Sentence
-from wax.session.token_bucket import TokenBucket
+from wax.token_bucket import TokenBucket
 from wax.voice.floor import Floor, VoiceVerdict
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ class Voices:
             now_s = self._clock.now_s()
             one = self._speaking.get(viewer.number)
             if one is None or one.viewer is not viewer:
-                bucket = TokenBucket(rate_hz=_PACKETS_HZ, burst=_PACKETS_BURST, now_s=now_s)
+                bucket = TokenBucket(rate_hz=_PACKETS_HZ, burst=_PACKETS_BURST)
                 one = _Speaking(viewer, bucket, VoiceVerdict.NOT_ALLOWED, now_s)
                 self._speaking[viewer.number] = one
             one.came_s = now_s

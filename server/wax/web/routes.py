@@ -38,7 +38,7 @@ from wax.protocol import foreign_json
 from wax.protocol.messages import Counter
 from wax.rtc.signalling import MAX_SDP_CHARS
 from wax.sentence import Sentence, says
-from wax.session.token_bucket import TokenBuckets
+from wax.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.branding import PICTURE_PATH, STYLE_PATH
 from wax.web.built_page import BuiltPage, cache_headers

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.session.token_bucket import TokenBucket
+from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
@@ -22,7 +22,7 @@ class SparseLog:
     def __init__(self, log: FilteringBoundLogger, clock: Clock) -> None:
         self._log = log
         self._clock = clock
-        self._bucket = TokenBucket(rate_hz=1 / _EVERY_S, burst=_BURST, now_s=clock.now_s())
+        self._bucket = TokenBucket(rate_hz=1 / _EVERY_S, burst=_BURST)
         self._left_out = 0
 
     def info(self, event: str, **values: Any) -> None:

@@ -17,6 +17,8 @@ from typing import Final, NamedTuple
 from aioice.candidate import candidate_priority
 from aioice.stun import Class, Message, Method
 
+from wax.token_bucket import TokenBucket
+
 MAX_PATHS: Final = 8
 """A browser has a few addresses; a longer list is an attack."""
 _RETRY_S: Final = (0.1, 0.2, 0.4, 0.8)
@@ -72,8 +74,7 @@ class LiteAgent:
         self._paths: dict[Path, _PathState] = {}
         self._dropped: list[tuple[Path, bytes | None]] = []
         self._checked_s = now_s
-        self._probes_left = _PROBES_BURST
-        self._filled_s = now_s
+        self._probes = TokenBucket(_PROBES_HZ, _PROBES_BURST)
 
     def note_datagram(self, path: Path, now_s: float) -> bool:
         """Note a datagram other than STUN; return whether its path is verified as the browser's."""
@@ -188,12 +189,8 @@ class LiteAgent:
     def _probe(self, path: Path, state: _PathState, now_s: float) -> list[Datagram]:
         """Check a path within the peer's rate limit: each check may go to a stranger."""
         assert self.remote_password is not None
-        gained = (now_s - self._filled_s) * _PROBES_HZ
-        self._probes_left = min(_PROBES_BURST, self._probes_left + gained)
-        self._filled_s = now_s
-        if self._probes_left < 1:
+        if not self._probes.take(now_s):
             return []
-        self._probes_left -= 1
         if state.probe is None:
             state.probe = Message(Method.BINDING, Class.REQUEST)
             state.probe.attributes["USERNAME"] = (

@@ -26,6 +26,7 @@ from wax.errors import StartError, reason_of
 from wax.rtc.egress import runs
 from wax.rtc.one_port.lite_agent import Path
 from wax.rtc.one_port.viewer_socket import CAN_CONNECT, ViewerSocket
+from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -125,8 +126,7 @@ class UdpHub:
         self._full: set[Path] = set()
         self._can_connect = CAN_CONNECT
         self._asked: dict[bytes, HubPeer] = {}
-        self._strays_left = _STRAYS_BURST
-        self._strays_filled_s = time.monotonic()
+        self._strays = TokenBucket(_STRAYS_HZ, _STRAYS_BURST)
 
     async def open(self) -> None:
         """Bind the port; raises `StartError` if it cannot be bound on any address."""
@@ -308,16 +308,11 @@ class UdpHub:
     def _offer_stray(self, data: bytes, path: Path) -> None:
         """Let silent peers try a stranger's datagram, within a rate limit."""
         now_s = time.monotonic()
-        gained = (now_s - self._strays_filled_s) * _STRAYS_HZ
-        self._strays_left = min(self._strays_left + gained, _STRAYS_BURST)
-        self._strays_filled_s = now_s
-        if self._strays_left < 1:
+        if not self._strays.take(now_s):
             return
-        self._strays_left -= 1
         # Round robin: a peer that has just fallen silent is often one of many that send little.
         for name in [name for name, peer in self._peers.items() if peer.is_quiet][:_STRAY_TRIES]:
-            if self._strays_left >= 1:
-                self._strays_left -= 1
+            if self._strays.take(now_s):
                 self._peers[name] = peer = self._peers.pop(name)
                 peer.try_stray(data, path)
 

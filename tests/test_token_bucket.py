@@ -5,12 +5,12 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.session.token_bucket import TokenBucket, TokenBuckets
+from wax.token_bucket import TokenBucket, TokenBuckets
 
 
 def test_a_burst_then_the_rate() -> None:
     """A full bucket gives its burst at once and refills at its rate."""
-    bucket = TokenBucket(rate_hz=10.0, burst=3, now_s=5.0)
+    bucket = TokenBucket(rate_hz=10.0, burst=3)
     assert [bucket.take(5.0) for _ in range(4)] == [True, True, True, False]
     assert not bucket.take(5.05)
     assert bucket.take(5.11)
@@ -19,7 +19,7 @@ def test_a_burst_then_the_rate() -> None:
 
 def test_time_that_runs_back_fills_nothing() -> None:
     """Nor does the time until the clock is back where it was."""
-    bucket = TokenBucket(rate_hz=8.0, burst=1, now_s=5.0)
+    bucket = TokenBucket(rate_hz=8.0, burst=1)
     assert bucket.take(5.0)
     assert not bucket.take(4.0)
     assert not bucket.take(5.0625)
@@ -29,7 +29,7 @@ def test_time_that_runs_back_fills_nothing() -> None:
 @given(st.lists(st.floats(-1, 2), max_size=200))
 def test_never_more_than_burst_and_rate(steps_s: list[float]) -> None:
     """Whatever the clock does, at most the burst and what the time has refilled is taken."""
-    bucket = TokenBucket(rate_hz=5.0, burst=4, now_s=0.0)
+    bucket = TokenBucket(rate_hz=5.0, burst=4)
     now_s = latest_s = 0.0
     passed = 0
     for step_s in steps_s:
