@@ -46,13 +46,3 @@ def test_each_key_has_a_bucket_of_its_own() -> None:
     assert buckets.take("b", 5.0)
     assert buckets.take("a", 6.0)
     assert not buckets.take("a", 6.0)
-
-
-def test_many_keys_take_no_memory() -> None:
-    """Of more keys than are kept the one unused for longest is forgotten, and no other."""
-    buckets = TokenBuckets(rate_hz=1.0, burst=1, most=3)
-    for key in ("a", "b", "c", "a", "d"):
-        buckets.take(key, 5.0)
-    assert list(buckets._buckets) == ["c", "a", "d"]
-    assert not buckets.take("a", 5.0)
-    assert buckets.take("b", 5.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from wax.bounded_dict import BoundedDict
+
 
 class TokenBucket:
     """Allows `burst` at once, as it is full at first, and `rate_hz` a second in the long run."""
@@ -42,13 +44,10 @@ class TokenBuckets:
     def __init__(self, *, rate_hz: float, burst: float, most: int) -> None:
         self._rate_hz = rate_hz
         self._burst = burst
-        self._most = most
-        self._buckets: dict[str, TokenBucket] = {}
+        self._buckets = BoundedDict[str, TokenBucket](most)
 
     def take(self, key: str, now_s: float) -> bool:
         """Take one of this key's tokens; False if there is none."""
-        bucket = self._buckets.pop(key, None) or TokenBucket(self._rate_hz, self._burst)
+        bucket = self._buckets.get(key) or TokenBucket(self._rate_hz, self._burst)
         self._buckets[key] = bucket
-        if len(self._buckets) > self._most:
-            del self._buckets[next(iter(self._buckets))]
         return bucket.take(now_s)

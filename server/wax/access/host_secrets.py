@@ -12,6 +12,8 @@ import secrets
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from wax.bounded_dict import BoundedDict
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
@@ -39,18 +41,16 @@ class HostSecrets:
     def __init__(
         self, kept: Iterable[tuple[str, float]], keep: Callable[[str, float], None]
     ) -> None:
-        self._links: dict[str, float] = {}
+        self._links = BoundedDict[str, float](_MOST_LINKS)
         # Which cookies of an earlier run belong together is unknown: each is its own sign-in.
         self._cookies = {name: _Cookie(ends_s, name) for name, ends_s in kept}
-        self._replaced: dict[str, str] = {}  # hash to sign-in, the newest last
+        self._replaced = BoundedDict[str, str](_MOST_REPLACED)  # hash to sign-in
         self._keep = keep
 
     def new_link(self, now_s: float) -> str:
         """Return the secret of a link that makes the first person who opens it host."""
         secret = secrets.token_urlsafe(24)
         self._links[_hash(secret)] = now_s + LINK_S
-        while len(self._links) > _MOST_LINKS:
-            del self._links[next(iter(self._links))]
         return secret
 
     def exchange(self, secret: str, now_s: float) -> str | None:
@@ -90,8 +90,6 @@ class HostSecrets:
             return None
         self._set(name, replace(found, ends_s=now_s + OVERLAP_S))
         self._replaced[name] = found.sign_in
-        if len(self._replaced) > _MOST_REPLACED:
-            del self._replaced[next(iter(self._replaced))]
         return self._new_cookie(now_s, found.sign_in)
 
     def _new_cookie(self, now_s: float, sign_in: str = "") -> str:

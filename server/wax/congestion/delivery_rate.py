@@ -19,6 +19,8 @@ from itertools import pairwise
 from operator import add, sub
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from wax.bounded_dict import BoundedDict
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
@@ -103,12 +105,10 @@ class PacketTrains:
     """The trains in flight that were sent faster than the estimated rate, a bounded number."""
 
     def __init__(self) -> None:
-        self._trains: dict[int, _Train] = {}
+        self._trains = BoundedDict[int, _Train](_MAX_TRAINS)
 
     def register(self, number: int, packets: int) -> None:
         """Register a train before it is sent; numbers rise."""
-        if len(self._trains) >= _MAX_TRAINS:
-            del self._trains[next(iter(self._trains))]
         self._trains[number] = _Train(packets)
 
     def add(self, number: int, arrival: Arrival | None) -> Iterator[list[Arrival]]:

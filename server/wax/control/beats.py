@@ -10,6 +10,8 @@ import math
 import secrets
 from typing import TYPE_CHECKING, Final
 
+from wax.bounded_dict import BoundedDict
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -33,16 +35,13 @@ class Beats:
 
     def __init__(self, word: Callable[[], str] = _random) -> None:
         self._word = word
-        self._sent_s: dict[str, float] = {}
+        self._sent_s = BoundedDict[str, float](_KEPT)
         self._newest_s = -math.inf
 
     def send(self, now_s: float) -> str:
         """Return a new beat and record that it is sent now."""
         word = self._word()
-        self._sent_s.pop(word, None)
         self._sent_s[word] = self._newest_s = now_s
-        if len(self._sent_s) > _KEPT:
-            del self._sent_s[next(iter(self._sent_s))]
         return word
 
     def is_due(self, now_s: float, *, is_thin: bool) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import deque
 from typing import Final
 
+from wax.bounded_dict import BoundedDict
+
 _WINDOW_S: Final = 10.0
 _PONGS: Final = 64
 
@@ -18,7 +20,7 @@ class LinkMonitor:
 
     def __init__(self, now_s: float) -> None:
         self.heard_s = now_s
-        self._pongs: dict[int, float] = {}
+        self._pongs = BoundedDict[int, float](_PONGS)
         self._round_trips: deque[tuple[float, float]] = deque()
         self.newest_s: float | None = None
         """The newest round trip, with any queueing; None before the first."""
@@ -43,8 +45,6 @@ class LinkMonitor:
         while self._round_trips and self._round_trips[0][0] < now_s - _WINDOW_S:
             self._round_trips.popleft()
         self._pongs[ping] = now_s
-        while len(self._pongs) > _PONGS:
-            del self._pongs[next(iter(self._pongs))]
         return round_trip_s
 
     @property

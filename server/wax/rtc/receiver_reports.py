@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from typing import Final
+
+from wax.bounded_dict import BoundedDict
 
 _KEPT: Final = 16
 """Sender reports to remember; at one a second a round trip may take that many seconds."""
@@ -17,13 +18,11 @@ class SenderReportTimes:
     """
 
     def __init__(self) -> None:
-        self._sent_s: OrderedDict[int, float] = OrderedDict()
+        self._sent_s = BoundedDict[int, float](_KEPT)
 
     def sent(self, ntp: int, now_s: float) -> None:
         """Record a sender report with this NTP time."""
         self._sent_s[ntp >> 16 & 0xFFFFFFFF] = now_s
-        if len(self._sent_s) > _KEPT:
-            self._sent_s.popitem(last=False)
 
     def round_trip_s(self, last_report: int, delay: int, now_s: float) -> float | None:
         """Return the round trip for LSR and DLSR (1/65536 s) of a report; None if unknown."""

@@ -7,8 +7,9 @@ aiortc answers each time. On a link with a queue of a second, that fills the que
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from typing import Final
+
+from wax.bounded_dict import BoundedDict
 
 _REMEMBERED: Final = 1024
 """How many packets to remember, as many as can be requested."""
@@ -27,7 +28,7 @@ class Retransmissions:
     """Remembers when each packet was last retransmitted, and how often."""
 
     def __init__(self) -> None:
-        self._sent: OrderedDict[int, tuple[float, int]] = OrderedDict()
+        self._sent = BoundedDict[int, tuple[float, int]](_REMEMBERED)
 
     def is_due(self, sequence_number: int, round_trip_s: float | None, now_s: float) -> bool:
         """Whether to retransmit this packet now.
@@ -42,9 +43,6 @@ class Retransmissions:
         """Record that this packet was retransmitted."""
         _, copies = self._last(sequence_number, now_s)
         self._sent[sequence_number] = now_s, copies + 1
-        self._sent.move_to_end(sequence_number)
-        if len(self._sent) > _REMEMBERED:
-            self._sent.popitem(last=False)
 
     def _last(self, sequence_number: int, now_s: float) -> tuple[float, int]:
         """Return when the last copy left, and how many there were."""

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from math import ceil
 from typing import TYPE_CHECKING, Final
 
+from wax.bounded_dict import BoundedDict
 from wax.errors import FullError, NoPlaceError, TooOftenError
 from wax.sentence import Sentence
-from wax.session.unfollowed import Unfollowed
 from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
@@ -31,6 +31,9 @@ YIELDS_S: Final = 3.0
 """After this, a newcomer may take over the silent place; a page this slow retries by itself."""
 _BEHIND: Final = 4
 """Addresses that abandoned offers share one silent place, and one answer, in this many."""
+_BEHIND_S: Final = 60.0
+"""A page that connects clears its address before that: a school's pages fail now and then."""
+_MOST_BEHIND: Final = 1024
 _YIELDS_SOON_S: Final = 1.0
 """`YIELDS_S` for the place of such an address, if the newcomer's is not one of them."""
 _ANSWERS_HZ: Final = 8.0
@@ -75,7 +78,7 @@ class Capacity:
         self._answers = TokenBucket(_ANSWERS_HZ, _ANSWERS_BURST)
         self._embed_answers = TokenBucket(_ANSWERS_HZ / _EMBEDS, _ANSWERS_BURST // _EMBEDS)
         self._behind_answers = TokenBucket(_ANSWERS_HZ / _BEHIND, _ANSWERS_BURST // _BEHIND)
-        self._unfollowed = Unfollowed()
+        self._behind_since_s = BoundedDict[str, float](_MOST_BEHIND)
         self._silent: deque[_Silent] = deque()
 
     def check(self, asking: Asking, now_s: float, embeds: int = 0) -> None:
@@ -127,7 +130,7 @@ class Capacity:
         """Free the silent places of a viewer who has connected."""
         for one in self._silent:
             if one.number == number:
-                self._unfollowed.clear(one.address)
+                self._behind_since_s.pop(one.address, None)
         self._silent = deque(one for one in self._silent if one.number != number)
 
     def _room_for(self, asking: Asking, present: list[Asking]) -> bool:
@@ -152,7 +155,7 @@ class Capacity:
         self._expire(now_s)
         own = self._longest_of(address)
         if own is not None:
-            self._unfollowed.record(address, now_s)
+            self._behind_since_s[address] = now_s
         is_behind = self._is_behind(address, now_s)
         longest = own or self._to_evict(now_s, is_behind=is_behind)
         yields_s = YIELDS_S
@@ -164,7 +167,7 @@ class Capacity:
             raise FullError(Sentence("door.crowded"))
         if longest is not None:
             self._silent.remove(longest)
-            self._unfollowed.record(longest.address, now_s)
+            self._behind_since_s[longest.address] = now_s
             longest.yield_place()
 
     def _to_evict(self, now_s: float, *, is_behind: bool) -> _Silent | None:
@@ -177,7 +180,8 @@ class Capacity:
         return behind[0] if behind else self._silent[0]
 
     def _is_behind(self, address: str, now_s: float) -> bool:
-        return bool(address) and self._unfollowed.has_recent(address, now_s)
+        since_s = self._behind_since_s.get(address, float("-inf"))
+        return bool(address) and now_s - since_s < _BEHIND_S
 
     def _longest_of(self, address: str) -> _Silent | None:
         """Return the oldest silent place of an address that has all of its own."""
@@ -186,7 +190,7 @@ class Capacity:
 
     def _expire(self, now_s: float) -> None:
         while self._silent and now_s - self._silent[0].since_s >= SILENT_S:
-            self._unfollowed.record(self._silent.popleft().address, now_s)
+            self._behind_since_s[self._silent.popleft().address] = now_s
 
 
 @dataclass(frozen=True, slots=True, eq=False)

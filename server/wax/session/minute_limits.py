@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import deque
 from typing import Final
 
+from wax.bounded_dict import BoundedDict
+
 _MINUTE_S: Final = 60.0
 
 
@@ -16,18 +18,15 @@ class MinuteLimits:
 
     def __init__(self, *, each: int, most: int) -> None:
         self._each = each
-        self._most = most
-        self._taken_s: dict[str, deque[float]] = {}
+        self._taken_s = BoundedDict[str, deque[float]](most)
 
     def take(self, key: str, now_s: float) -> bool:
         """Count one more for this key; False, uncounted, if its limit is reached."""
         if self.taken(key, now_s) >= self._each:
             return False
-        taken_s = self._taken_s.pop(key, None) or deque[float]()
+        taken_s = self._taken_s.get(key) or deque[float]()
         taken_s.append(now_s)
         self._taken_s[key] = taken_s
-        if len(self._taken_s) > self._most:
-            del self._taken_s[next(iter(self._taken_s))]
         return True
 
     def taken(self, key: str, now_s: float) -> int:

@@ -19,6 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from wax.bounded_dict import BoundedDict
 from wax.control.reasons import Refusal
 from wax.errors import ForbiddenError
 from wax.sentence import Sentence
@@ -98,7 +99,7 @@ class StopBudget:
         self._addresses = MinuteLimits(each=max(1, address - self._most_known), most=_MOST)
         self._pressers: dict[str, PressingAddress] = {}  # the newest last
         self._numbers = 0
-        self._taken: dict[tuple[str, int | None], int] = {}  # by person and press; the newest last
+        self._taken = BoundedDict[tuple[str, int | None], int](_MOST)  # by person and press
         self._in_force: StopRole | None = None
 
     @property
@@ -192,8 +193,6 @@ class StopBudget:
         self._keeper.stop_pressed(viewer, str(by), number, role)
         if key[1] is not None:
             self._taken[key] = number
-            if len(self._taken) > _MOST:
-                del self._taken[next(iter(self._taken))]
         return number
 
     def _release(

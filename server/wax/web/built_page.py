@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import ETag, hdrs, web
 
+from wax.bounded_dict import BoundedDict
 from wax.congestion.wire_cost import MIN_PAYLOAD_BYTES
 from wax.errors import NotForUsError
 from wax.sentence import Sentence
@@ -64,7 +65,7 @@ class BuiltPage:
         self._calendar = calendar
         self._hours: _File | None = None
         self._index = (folder / "index.html").read_text(encoding="utf-8")
-        self._pages: dict[tuple[str, bool], _File] = {}
+        self._pages = BoundedDict[tuple[str, bool], _File](_MOST_PAGES)
         self._files = {
             str(path.relative_to(folder)): _read(path)
             for path in folder.rglob("*")
@@ -79,13 +80,11 @@ class BuiltPage:
         With a `frame_policy`, it is the page for frames.
         """
         is_embed = frame_policy is not None
-        page = self._pages.pop((origin, is_embed), None) or _file(
+        page = self._pages.get((origin, is_embed)) or _file(
             self._branded.html(self._index, origin, is_embed=is_embed).encode(),
             "text/html; charset=utf-8",
         )
         self._pages[origin, is_embed] = page
-        if len(self._pages) > _MOST_PAGES:
-            del self._pages[next(iter(self._pages))]
         # The assets have a hash in their names; the page itself must be revalidated each time.
         headers = {"Cache-Control": "no-cache"}
         if frame_policy is not None:

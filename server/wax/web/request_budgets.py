@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
+from wax.bounded_dict import BoundedDict
 from wax.edge.budget import Budget, Rates
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class RequestBudgets:
         self.who = who
         self._has_people_at = has_people_at
         self._budgets = {"guest": Budget(_GUESTS), "known": Budget(_KNOWN), "host": Budget(_HOST)}
-        self._payers: dict[tuple[str, str], Payer] = {}
+        self._payers = BoundedDict[tuple[str, str], "Payer"](_MOST)
 
     def of_guest(self, address: str) -> Payer:
         """Return the budget of an address."""
@@ -58,8 +59,6 @@ class RequestBudgets:
         return (self.of_guest(address), False) if known is None else (known, True)
 
     def _payer(self, kind: str, name: str, address: str) -> Payer:
-        payer = self._payers.pop((kind, name), None) or self._budgets[kind].payer(address)
+        payer = self._payers.get((kind, name)) or self._budgets[kind].payer(address)
         self._payers[kind, name] = payer
-        if len(self._payers) > _MOST:
-            del self._payers[next(iter(self._payers))]
         return payer
