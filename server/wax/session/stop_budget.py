@@ -7,7 +7,7 @@ the first press a minute of known viewers: the few who have watched longest from
 at least `KNOWN_S`. So a viewer who was here before a flood of new browsers can still press.
 
 The price: a newcomer at an address whose budget others have just used up is refused. It takes an
-attacker at their own address, and the robot was stopped twelve times within that minute. The
+attacker at their own address, who has just stopped the robot as often as that budget allows. The
 operator's and the host's own presses always count, and so do everybody's at other addresses.
 A press that leaves the Stop in force as it is costs nothing. The page repeats a press, on both
 ways, until it is answered; a repetition has the same number, stops nothing anew, and costs nothing.
