@@ -88,7 +88,7 @@ class Rig:
 
     @property
     def status(self) -> dict[str, Any]:
-        return self.streams.status()
+        return self.streams.status().entry
 
 
 def _picture(captured_s: float) -> EncodedPicture:

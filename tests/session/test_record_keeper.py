@@ -7,7 +7,7 @@ import sqlite3
 from contextlib import closing
 from functools import partial
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import pytest
 import structlog
@@ -24,6 +24,7 @@ from wax.records.records import Records
 from wax.records.writer import RecordWriter
 from wax.sentence import Sentence, says
 from wax.session.record_keeper import DriveStatus, RecordKeeper, each, refused, why_stopped
+from wax.streams.interface import StreamState
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
@@ -32,18 +33,13 @@ if TYPE_CHECKING:
     from wax.records.entries import RecordedPerson
     from wax.session.viewer import Viewer
 
-
-class Streams:
-    """Streams over a link that loses a packet in a hundred."""
-
-    def status(self) -> dict[str, object]:
-        return {"rendition": "640x480", "lost": 0.01}
+LOSSY: Final = StreamState({}, cast("Any", SimpleNamespace(rendition="640x480")), lost=0.01)
 
 
 class BrokenStreams:
     """Streams of a viewer whose status cannot be had."""
 
-    def status(self) -> dict[str, object]:
+    def status(self) -> StreamState:
         raise RuntimeError("bug")
 
 
@@ -59,7 +55,7 @@ def viewer(number: int, name: str, *, streams: object = None, ready: bool = True
         was_ready=ready,
         link=SimpleNamespace(newest_s=0.04),
         report=report,
-        streams=streams or Streams(),
+        streams=streams or SimpleNamespace(status=lambda: LOSSY),
         boundary=ErrorBoundary(viewer=number, counters=Counters(), end=lambda: None),
     )
     return cast("Viewer", made)
@@ -151,9 +147,9 @@ async def test_polling_a_crowd_leaves_room_for_timers(
 
     monkeypatch.setattr(rig.records, "session_began", begins)
 
-    def noted(number: int) -> dict[str, object]:
+    def noted(number: int) -> StreamState:
         looked.append(number)
-        return {}
+        return StreamState({})
 
     for number in range(20):
         rig.viewers.append(viewer(number, f"Guest {number}"))

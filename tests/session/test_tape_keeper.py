@@ -93,6 +93,8 @@ def viewer(number: int, name: str) -> Viewer:
         sound=SimpleNamespace(age_ms=120.0, delay_ms=40.0),
         picture=SimpleNamespace(age_ms=90.0, delay_ms=None),
     )
+    figures = dict.fromkeys(("picture_hz", "sound_mu_ms", "link_bps", "queue_ms"))
+    served = SimpleNamespace(rendition="640x480", reason="All is sent.", **figures)
     made = SimpleNamespace(
         number=number,
         visitor=visitor(f"{name}-11111111", address="192.0.2.7"),
@@ -100,7 +102,7 @@ def viewer(number: int, name: str) -> Viewer:
         is_ready=True,
         link=SimpleNamespace(one_way_s=0.02),
         report=report,
-        streams=SimpleNamespace(status=lambda: {"rendition": "640x480", "reason": "All is sent."}),
+        streams=SimpleNamespace(status=lambda: SimpleNamespace(served=served)),
         boundary=ErrorBoundary(viewer=number, counters=Counters(), end=lambda: None),
     )
     return cast("Viewer", made)

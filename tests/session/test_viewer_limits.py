@@ -57,9 +57,9 @@ def test_requests_run_at_a_bounded_rate() -> None:
     for step in range(600):
         connected.clock.time_s += 0.1
         asked = ("160x120", "640x480")[step % 2]
-        before = connected.viewer.streams.status()["rendition"]
+        before = connected.viewer.streams.status().entry["rendition"]
         connected.viewer.received("state", json.dumps(_want(asked)))
-        changes += before != connected.viewer.streams.status()["rendition"]
+        changes += before != connected.viewer.streams.status().entry["rendition"]
     assert changes <= 8 + 60
     connected.viewer.received("state", json.dumps(_want("160x120") | {"picture": False}))
     connected.clock.time_s += 1.1

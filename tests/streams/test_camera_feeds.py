@@ -36,7 +36,7 @@ async def test_nothing_is_encoded_before_a_page_shows_it() -> None:
     rig = _rig()
     rig.begin()
     await rig.run(2.0)
-    assert rig.streams.status()["rendition"] == TOP
+    assert rig.streams.status().entry["rendition"] == TOP
     assert _wanted(rig) == [[], []]
 
 
@@ -93,7 +93,7 @@ async def test_a_modem_carries_no_other_camera() -> None:
     rig.begin()
     rig.streams.look(large=0, small=True)
     await rig.run(6.0)
-    assert rig.streams.status()["cameras"] == [None, None]
+    assert rig.streams.status().entry["cameras"] == [None, None]
 
 
 async def test_a_link_that_narrows_loses_them_first() -> None:
@@ -102,11 +102,11 @@ async def test_a_link_that_narrows_loses_them_first() -> None:
     rig.begin()
     rig.streams.look(large=0, small=True)
     await rig.run(6.0)
-    assert rig.streams.status()["cameras"] == [LARGE, SMALL]
+    assert rig.streams.status().entry["cameras"] == [LARGE, SMALL]
     rig.rate_bps = 300e3
     await rig.run(1.0)
-    assert rig.streams.status()["cameras"] == [None, None]
-    assert rig.streams.status()["rendition"] is not None
+    assert rig.streams.status().entry["cameras"] == [None, None]
+    assert rig.streams.status().entry["rendition"] is not None
 
 
 async def test_a_short_upload_goes_to_driving_views() -> None:
@@ -115,8 +115,8 @@ async def test_a_short_upload_goes_to_driving_views() -> None:
     rig.begin()
     rig.streams.look(large=0, small=True)
     await rig.run(6.0)
-    assert rig.streams.status()["cameras"] != [None, None]
-    assert rig.streams.status()["rendition"] == TOP
+    assert rig.streams.status().entry["cameras"] != [None, None]
+    assert rig.streams.status().entry["rendition"] == TOP
 
 
 async def test_a_lane_that_lost_its_thread_is_helped() -> None:

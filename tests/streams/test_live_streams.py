@@ -192,15 +192,15 @@ async def test_two_channels_are_sent_while_there_are_two() -> None:
     rig = Rig(channels=2)
     rig.begin()
     await rig.run(4.0)
-    assert rig.streams.status()["sound_channels"] == 2
+    assert rig.streams.status().entry["sound_channels"] == 2
     assert rig.all(messages.Served)[-1].sound_channels == 2
     rig.channels = 1
     await rig.run(1.0)
-    assert rig.streams.status()["sound_channels"] == 1
+    assert rig.streams.status().entry["sound_channels"] == 1
     assert all("stereo" not in name for name in rig.audio.wanted)
     rig.channels = 2
     await rig.run(8.0)
-    assert rig.streams.status()["sound_channels"] == 2
+    assert rig.streams.status().entry["sound_channels"] == 2
 
 
 async def test_a_thin_link_has_one_channel() -> None:
@@ -208,7 +208,7 @@ async def test_a_thin_link_has_one_channel() -> None:
     rig = Rig(rate_bps=110e3, channels=2)
     rig.begin()
     await rig.run(4.0)
-    assert rig.streams.status()["sound_channels"] == 1
+    assert rig.streams.status().entry["sound_channels"] == 1
 
 
 async def test_another_network_gets_a_fresh_start() -> None:
@@ -233,7 +233,7 @@ async def test_after_a_thin_link_another_network_grows_as_usual() -> None:
     rig = Rig(rate_bps=50e3)
     rig.begin()
     await rig.run(4.0)
-    assert rig.streams.status()["rendition"] == BOTTOM
+    assert rig.streams.status().entry["rendition"] == BOTTOM
     rig.asked.clear()
     rig.streams.moved()
     rig.streams.keyframe_wanted()
@@ -249,7 +249,7 @@ async def test_a_thin_link_stays_with_what_it_carries() -> None:
     rig = Rig(rate_bps=50e3)
     rig.begin()
     await rig.run(6.0)
-    served = rig.streams.status()
+    served = rig.streams.status().entry
     assert served["rendition"] == BOTTOM
     assert served["sound_mu_ms"] == 60
     assert float(str(served["queue_ms"])) < 400
@@ -284,7 +284,7 @@ async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
     rig = Rig(upload_bps=640_000)
     rig.begin()
     await rig.run(8.0)
-    alone = rig.streams.status()
+    alone = rig.streams.status().entry
     assert alone["rendition"] == "320x240 at 300 kbit/s"
     assert alone["reason"] == "your share of the robot's upload carries about 580 kbit/s"
     assert rig.service.has_room
@@ -292,10 +292,10 @@ async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
     other.lanes()
     other.want(sound=True, picture=True, size="640x480", policy=None)
     await rig.run(4.0)
-    assert rig.streams.status()["rendition"] == "320x240 at 120 kbit/s"
+    assert rig.streams.status().entry["rendition"] == "320x240 at 120 kbit/s"
     other.release()
     await rig.run(8.0)
-    assert rig.streams.status()["rendition"] == alone["rendition"]
+    assert rig.streams.status().entry["rendition"] == alone["rendition"]
 
 
 async def test_messages_are_part_of_a_share_of_the_upload() -> None:
@@ -493,7 +493,7 @@ async def test_a_fixed_media_unit_is_kept() -> None:
     rig.begin()
     rig.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
     await rig.run(1.0)
-    assert rig.streams.status()["sound_mu_ms"] == 120
+    assert rig.streams.status().entry["sound_mu_ms"] == 120
 
 
 async def test_what_is_not_wanted_is_not_sent() -> None:

@@ -99,7 +99,7 @@ async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> Non
     seen = list[float]()
     for _ in range(round(LIES_S / STEP_S)):
         liar.lie()
-        seen.append(float(str(liar.streams.status()["link_bps"])))
+        seen.append(float(str(liar.streams.status().entry["link_bps"])))
         await rig.run(STEP_S)
         assert rig.lane.rendition == best
     falls = [one - later for one, later in pairwise(seen) if later < 0.8 * one]

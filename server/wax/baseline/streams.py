@@ -17,7 +17,7 @@ from wax.config.settings import RenditionSettings, VideoSettings
 from wax.congestion.control import CongestionControl
 from wax.protocol import messages
 from wax.sentence import Sentence
-from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, UnitPattern
+from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, StreamState, UnitPattern
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -254,10 +254,10 @@ class BaselineStreams:
             return None
         return UnitPattern(last_pts=self._last_sound_pts, length=self._audio.unit_samples)
 
-    def status(self) -> dict[str, object]:
+    def status(self) -> StreamState:
         state = self._sender.state()
         self._note_mode(state.mode if self._lanes else None)
-        return {
+        entry: dict[str, object] = {
             "policy": "thesis",
             "mode": state.mode,
             "reason": None if state.reason is None else str(state.reason),
@@ -268,6 +268,7 @@ class BaselineStreams:
             "fail_safe_s": round(self._fail_safe_s, 3),
             **self._counts,
         }
+        return StreamState(entry)
 
 
 class BaselineService:

@@ -5,6 +5,7 @@ No label names a person: viewers come and go, and each label value is a time ser
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import accumulate
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
@@ -103,13 +104,10 @@ class Metrics(Collector):
 
 def _of_viewers(viewers: Iterable[Mapping[str, Any]]) -> Iterator[Metric]:
     everybody = list(viewers)
-    roles = dict.fromkeys(_ROLES, 0)
-    renditions: dict[str, int] = {}
-    for one in everybody:
-        roles[one["role"]] = roles.get(one["role"], 0) + 1
-        name = _at(one, "streams", "rendition")
-        if isinstance(name, str):
-            renditions[name] = renditions.get(name, 0) + 1
+    roles = Counter(dict.fromkeys(_ROLES, 0))
+    roles.update(one["role"] for one in everybody)
+    found = (_at(one, "streams", "rendition") for one in everybody)
+    renditions = Counter(name for name in found if isinstance(name, str))
     yield _gauge("wax_viewers", "Viewers who are connected", "role", roles)
     yield GaugeMetricFamily("wax_queue_length", "Viewers who wait for a turn", roles["queued"])
     yield _gauge("wax_rendition_viewers", "Viewers by rendition", "rendition", renditions)

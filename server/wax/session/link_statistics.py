@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from wax.records.entries import LinkSummary
 from wax.session.spread import Spread
 
 if TYPE_CHECKING:
     from wax.session.viewer import Viewer
-
-_MAX_RENDITIONS: Final = 64
 
 
 class LinkStatistics:
@@ -32,11 +30,9 @@ class LinkStatistics:
             self._picture_age_ms.add(None if report.picture is None else report.picture.age_ms)
             self._sound_age_ms.add(None if report.sound is None else report.sound.age_ms)
         status = viewer.streams.status()
-        lost, rendition = status.get("lost"), status.get("rendition")
-        if isinstance(lost, float):
-            self._lost_percent.add(lost * 100)
-        if isinstance(rendition, str) and len(self._renditions) < _MAX_RENDITIONS:
-            self._renditions[rendition] += 1
+        self._lost_percent.add(None if status.lost is None else status.lost * 100)
+        if status.served is not None and status.served.rendition is not None:
+            self._renditions[status.served.rendition] += 1
 
     def summary(self) -> LinkSummary:
         longest = self._renditions.most_common(1)

@@ -208,7 +208,7 @@ class PageMessages:
         """Return what only the host sees of a viewer."""
         one_way_s = viewer.link.one_way_s
         picture = None if viewer.report is None else viewer.report.picture
-        rendition = viewer.streams.status().get("rendition")
+        served = viewer.streams.status().served
         return messages.ConsoleViewer(
             id=viewer.number,
             address=shortened(viewer.visitor.address),
@@ -216,7 +216,7 @@ class PageMessages:
             muted=viewer.visitor.identity in self._decisions.muted,
             round_trip_ms=None if one_way_s is None else round(one_way_s * 2000),
             picture_ms=None if picture is None else picture.age_ms,
-            rendition=rendition if isinstance(rendition, str) else None,
+            rendition=None if served is None else served.rendition,
         )
 
     def _aboard(self, state: RobotState) -> messages.AboardInfo | None:

@@ -204,7 +204,7 @@ class Status:
                 "concealed_ms": round(viewer.concealed_ms.sum, 1),
                 "frozen_ms": round(viewer.frozen_ms.sum, 1),
             },
-            "streams": viewer.streams.status(),
+            "streams": viewer.streams.status().entry,
         }
 
     def _failures(self, stream: str) -> int:

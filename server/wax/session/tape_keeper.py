@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
@@ -183,8 +183,7 @@ class TapeKeeper:
         one_way_s = viewer.link.one_way_s
         picture = None if viewer.report is None else viewer.report.picture
         sound = None if viewer.report is None else viewer.report.sound
-        served: dict[str, Any] = viewer.streams.status()
-        reason = served.get("reason")
+        served = viewer.streams.status().served
         return tape_events.Watched(
             viewer=viewer.number,
             drives=viewer.number == self._operator,
@@ -193,12 +192,12 @@ class TapeKeeper:
             picture_held_ms=None if picture is None else picture.delay_ms,
             sound_ms=None if sound is None else sound.age_ms,
             sound_held_ms=None if sound is None else sound.delay_ms,
-            rendition=served.get("rendition"),
-            picture_hz=served.get("picture_hz"),
-            sound_mu_ms=served.get("sound_mu_ms"),
-            link_bps=served.get("link_bps"),
-            queue_ms=served.get("queue_ms"),
-            why=None if reason is None else str(reason),
+            rendition=None if served is None else served.rendition,
+            picture_hz=None if served is None else served.picture_hz,
+            sound_mu_ms=None if served is None else served.sound_mu_ms,
+            link_bps=None if served is None else served.link_bps,
+            queue_ms=None if served is None else served.queue_ms,
+            why=None if served is None else str(served.reason),
         )
 
     def _write_name(self, viewer: Viewer, now_s: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from wax.config.settings import SyncSettings
     from wax.congestion.control import CongestionControl
     from wax.error_boundary import ErrorBoundary
+    from wax.protocol.messages import Served
     from wax.rtc.lane import PictureLane, SoundLane
     from wax.sync.playout import PlayoutReport
 
@@ -75,6 +76,14 @@ class Lanes:
     sound: SoundLane
     congestion: CongestionControl
     cameras: Sequence[CameraLane] = ()
+
+
+class StreamState(NamedTuple):
+    """A viewer's entry in `GET /api/status`; the rest is None until something is decided."""
+
+    entry: dict[str, object]
+    served: Served | None = None
+    lost: float | None = None
 
 
 class Page(Protocol):
@@ -171,9 +180,7 @@ class Streams(Protocol):
         """The pattern by which the page acknowledges units; None if it should not, or not yet."""
         ...
 
-    def status(self) -> dict[str, object]:
-        """Return the viewer's entry in `GET /api/status`."""
-        ...
+    def status(self) -> StreamState: ...
 
 
 class Service(Protocol):

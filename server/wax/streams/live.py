@@ -15,7 +15,7 @@ from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.sound_choice import FIT_SHARE
 from wax.congestion.upload_budget import UploadBudget
 from wax.streams.camera_feeds import CameraFeeds
-from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, UnitPattern
+from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, StreamState, UnitPattern
 from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
 from wax.streams.served_notifier import ServedNotifier, served
@@ -187,16 +187,14 @@ class LiveStreams:
         elif self._picture_lane is not None:
             self._video.request_keyframe(self._picture_lane)
 
-    def status(self) -> dict[str, object]:
-        now_s = self._clock.now_s()
-        known = self._playout.status()
-        if self._allocation is not None:
-            estimate = self._congestion.estimate(now_s)
-            in_step = self._playout.is_in_step
-            now = served(estimate, self._allocation, in_step=in_step, cameras=self._seen)
-            known |= now.model_dump(exclude={"type"})
-            known |= {"reason": str(now.reason), "lost": round(estimate.lost, 4)}
-        return known
+    def status(self) -> StreamState:
+        if self._allocation is None:
+            return StreamState(self._playout.status())
+        estimate = self._congestion.estimate(self._clock.now_s())
+        in_step, lost = self._playout.is_in_step, round(estimate.lost, 4)
+        now = served(estimate, self._allocation, in_step=in_step, cameras=self._seen)
+        told = now.model_dump(exclude={"type"}) | {"reason": str(now.reason), "lost": lost}
+        return StreamState(self._playout.status() | told, now, lost)
 
     def _restart_policy(self) -> None:
         """Start another policy, without interrupting the streams."""
