@@ -20,6 +20,7 @@ from wax.capture.source_thread import SourceThread
 from wax.client.host import become_host
 from wax.clock import SystemClock
 from wax.config.settings import Settings
+from wax.control.turns import Turns
 from wax.door.tunnel import Tunnel
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
@@ -346,10 +347,11 @@ def test_what_fails_is_seen_by_its_part(monkeypatch: pytest.MonkeyPatch) -> None
     }
     monkeypatch.setattr(SourceThread, "problem", property(lambda one: problems[one._name]))
     monkeypatch.setattr(Tunnel, "problem", Sentence("door.away"))
+    monkeypatch.setattr(Turns, "queue", (4, 5, 6))
     state = RobotState(connected=True, battery_fraction=0.1, gauges={"amps": 7.0})
     monkeypatch.setattr(SimulatedRobot, "state", lambda _: state)
     app._control.step(SystemClock().now_s())
-    seen = app._seen(waiting=3)
+    seen = app._seen()
     app._control.stop()
     assert (seen.is_open, seen.waiting, seen.battery_fraction) == (True, 3, 0.1)
     assert seen.faults == {

@@ -89,15 +89,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from wax.access.permissions import Role
     from wax.capture.source import Picture, Sound
     from wax.clock import Clock
-    from wax.config.settings import RoleSyncSettings, ServerSettings, Settings, VoiceSettings
-    from wax.control.turns import TurnEvent
-    from wax.driver.interface import Driver
-    from wax.encode.choice import Encoders
+    from wax.config.settings import RoleSyncSettings, ServerSettings, Settings
     from wax.sentence import Sentence
-    from wax.session.viewer import Viewer
     from wax.streams.interface import Service
 
 _LOG = structlog.get_logger(__name__)
@@ -129,8 +124,7 @@ class App:
         self._died: str | None = None
         self._supervisor = TaskSupervisor(self._task_died)
         self._service_manager = ServiceManager(os.environ)
-        counters = Counters()
-
+        self._counters = Counters()
         self._driver = make_robot(
             settings.robot,
             clock,
@@ -141,7 +135,8 @@ class App:
         )
         self._decisions, self._kept = HostDecisions(), KeptFile(settings.server.state_dir)
         self._blanking = Blanking(lambda: self._decisions.is_blanked)
-        encoders = _encoders(settings)
+        is_thesis = settings.sync.policy == "thesis"
+        self._encoders = [] if is_thesis else choose([settings.video, *settings.camera])
         self._cameras = [
             Camera(
                 one,
@@ -150,61 +145,27 @@ class App:
                 blank=self._blanking.picture,
                 make_encoder=makers.make,
             )
-            for one, makers in zip(settings.camera, encoders[1:], strict=True)
+            for one, makers in zip(settings.camera, self._encoders[1:], strict=True)
         ]
-        self._cluster = Cluster(clock=clock, counters=counters)
-        service: Service
-        if settings.sync.policy == "thesis":
-            self._video = VideoHub(
-                settings=thesis_video(settings.video, settings.thesis),
-                clock=clock,
-                make_encoder=IntraEncoder,
-            )
-            self._audio = UnitHub(mu_ms=settings.thesis.audio_mu_ms)
-            service = BaselineService(
-                clock=clock, settings=settings.thesis, video=self._video, audio=self._audio
-            )
-        else:
-            self._video = VideoHub(
-                settings=settings.video, clock=clock, make_encoder=encoders[0].make
-            )
-            self._audio = SoundHub()
-            service = LiveService(
-                clock=clock,
-                video_settings=settings.video,
-                audio_settings=settings.audio,
-                video=self._video,
-                audio=self._audio,
-                upload_bps=upload_left_bps(
-                    settings.network.upload_bps, settings.video.renditions, settings.publish
-                ),
-                cameras=self._cameras,
-            )
-            self._cluster.publish(
-                settings.publish,
-                [one.name for one in published(settings.video.renditions)],
-                PublishedSources(
-                    service.codecs,
-                    self._video,
-                    self._audio if settings.access.strangers_hear else None,
-                ),
-            )
+        self._cluster = Cluster(clock=clock, counters=self._counters)
+        self._service = self._make_thesis_service() if is_thesis else self._make_live_service()
         self._picture_clock, self._blocks = PictureClock(), Blocks()
         self._captures = self._make_captures()
         self._channel_faults = ChannelFaults(_log_channel_fault, most=settings.audio.channels)
-        ice = IceServers(settings.network, settings.relay)
-        turns, turnstile = Turns(settings.turns), Turnstile(clock)
+        self._ice = IceServers(settings.network, settings.relay)
+        self._turns, turnstile = Turns(settings.turns), Turnstile(clock)
         self._headroom = Headroom(cores.usable(), clock, lambda: turnstile.charged_s)
-        self._network = Network(settings.network, ice, clock, turnstile)
-        self._tape = self._make_tape(counters)
-        viewers = Viewers(
+        self._network = Network(settings.network, self._ice, clock, turnstile)
+        self._tape = self._make_tape()
+        self._viewers = Viewers(
             sync=settings.sync,
-            turns=turns,
+            turns=self._turns,
             has_camera="video" in self._captures,
             decisions=self._decisions,
         )
-        self._speaker = _speaker_thread(settings.voice, clock, self._driver)
-        self._voices = self._make_voices(counters, viewers)
+        speaker = make_speaker(settings.voice, clock, self._driver)
+        self._speaker = None if speaker is None else SpeakerThread(speaker, clock)
+        self._voices = self._make_voices()
         self._records = open_records(settings.records, settings.server.state_dir, clock)
         self._access = Access(
             settings.access, self._records, clock, load_secret(settings.server.state_dir)
@@ -220,137 +181,23 @@ class App:
         self._keeper = RecordKeeper(
             records=self._records,
             clock=clock,
-            viewers=viewers,
-            refused=lambda: refused(counters.snapshot() | self._control.counts()),
+            viewers=self._viewers,
+            refused=lambda: refused(self._counters.snapshot() | self._control.counts()),
             event_maker=EventMaker(
-                clock=clock,
-                seen=lambda: self._seen(waiting=len(turns.queue)),
-                send=each(self._hooks.put, self._house.put),
+                clock=clock, seen=self._seen, send=each(self._hooks.put, self._house.put)
             ),
         )
-        tape = self._tape_keeper = self._make_tape_keeper(viewers)
-        self._control = ControlLoop(
-            clock=clock,
-            turns=turns,
-            driver=self._driver,
-            settings=settings.drive,
-            robot=settings.robot,
-            link_delay_s=viewers.link_delay_s,
-            sees=viewers.sees,
-            camera_fails=self._camera_fails,
-            picture_clock=lambda: self._picture_clock,
-            on_hold=lambda: self._decisions.on_hold,
-            max_fraction=viewers.max_fraction,
-            on_events=each(
-                viewers.turn_events,
-                self._keeper.turn_events,
-                self._check_voices,
-                *([tape.turn_events] if tape else []),
-            ),
-            on_status=each(
-                viewers.drive_status,
-                self._keeper.drive_status,
-                *([tape.drive_status] if tape else []),
-            ),
-            listener=tape,
-            controls=settings.controls,
-            gauges=settings.gauges,
-        )
-        self._room = Room(
-            settings=settings,
-            clock=clock,
-            counters=counters,
-            service=service,
-            turns=turns,
-            viewers=viewers,
-            control=self._control,
-            page_messages=PageMessages(
-                settings=settings,
-                service=service,
-                driver=self._driver,
-                turns=turns,
-                captures=self._captures,
-                picture_clock=lambda: self._picture_clock,
-                access=self._access,
-                decisions=self._decisions,
-                voices=self._voices,
-                tape=lambda: None if tape is None else tape.status(),
-                cameras=self._cameras,
-                has_way_in=lambda: self._tunnel.problem is None,
-                problems=lambda: [
-                    *self._kept.problems(),
-                    *self._tunnel.problems(),
-                    *self._hooks.problems(),
-                    *self._house.problems(),
-                ],
-            ),
-            access=self._access,
-            decisions=self._decisions,
-            kept=self._kept,
-            records=self._records,
-            keeper=self._keeper,
-            network=self._network,
-            cluster=self._cluster,
-            has_time=self._headroom.has_time,
-            voices=self._voices,
-            tape=tape,
-        )
-        self._status = Status(
-            clock=clock,
-            room=self._room,
-            viewers=viewers,
-            control=self._control,
-            turns=turns,
-            driver=self._driver,
-            video=self._video,
-            audio=self._audio,
-            captures=self._captures,
-            blocks=self._blocks,
-            channel_faults=self._channel_faults,
-            cluster=self._cluster,
-            tape=None if self._tape is None else self._tape.recorder,
-            counters=counters,
-            rates=CountRates(),
-            speaker=self._speaker,
-            cameras=self._cameras,
-            encoders=encoders,
-            hooks=self._hooks.status,
-            door=self._tunnel.status,
-            steps=steps,
-        )
+        self._tape_keeper = self._make_tape_keeper()
+        self._control = self._make_control()
+        self._room = self._make_room()
+        self._status = self._make_status(steps)
         self._proof_runner = ProofRunner(
             control=self._control,
             driver=self._driver,
             config_path=config_path,
-            changed=viewers.changed,
+            changed=self._viewers.changed,
         )
-        routes = Routes(
-            room=self._room,
-            clock=clock,
-            proving=self._proof_runner,
-            ice=ice,
-            status=lambda: (
-                self._status()
-                | {"connections": self._entrance.limits.status(), "mqtt": self._house.status()}
-            ),
-            branding=_branding(settings, service, has_voice=self._speaker is not None),
-            guards=Guards(
-                settings.server,
-                clock,
-                self._network.public_addresses,
-                [one.livekit for one in settings.publish if one.livekit],
-            ),
-            access=self._access,
-            offers_hz=settings.server.max_offers_per_address_hz,
-            missing=Readiness(
-                clock=clock,
-                control=self._control,
-                captures=self._captures,
-                picture_clock=lambda: self._picture_clock,
-                is_stopping=self._stopping.is_set,
-            ),
-            calendar=_calendar(settings, clock),
-        )
+        routes = self._make_routes()
         self.tls = make_tls(settings.server, clock)
         self._host_link = HostLinkSocket(settings.server.state_dir, self.new_host_link)
         self._entrance = Entrance(
@@ -487,6 +334,169 @@ class App:
         for part in parts:
             part.stop()
 
+    def _make_thesis_service(self) -> Service:
+        thesis = self._settings.thesis
+        video = thesis_video(self._settings.video, thesis)
+        self._video = VideoHub(settings=video, clock=self._clock, make_encoder=IntraEncoder)
+        self._audio = UnitHub(mu_ms=thesis.audio_mu_ms)
+        return BaselineService(
+            clock=self._clock, settings=thesis, video=self._video, audio=self._audio
+        )
+
+    def _make_live_service(self) -> Service:
+        settings, clock, make = self._settings, self._clock, self._encoders[0].make
+        self._video = VideoHub(settings=settings.video, clock=clock, make_encoder=make)
+        self._audio = SoundHub()
+        service = LiveService(
+            clock=clock,
+            video_settings=settings.video,
+            audio_settings=settings.audio,
+            video=self._video,
+            audio=self._audio,
+            upload_bps=upload_left_bps(
+                settings.network.upload_bps, settings.video.renditions, settings.publish
+            ),
+            cameras=self._cameras,
+        )
+        self._cluster.publish(
+            settings.publish,
+            [one.name for one in published(settings.video.renditions)],
+            PublishedSources(
+                service.codecs,
+                self._video,
+                self._audio if settings.access.strangers_hear else None,
+            ),
+        )
+        return service
+
+    def _make_control(self) -> ControlLoop:
+        viewers, tape, voices = self._viewers, self._tape_keeper, self._voices
+        return ControlLoop(
+            clock=self._clock,
+            turns=self._turns,
+            driver=self._driver,
+            settings=self._settings.drive,
+            robot=self._settings.robot,
+            link_delay_s=viewers.link_delay_s,
+            sees=viewers.sees,
+            camera_fails=self._camera_fails,
+            picture_clock=lambda: self._picture_clock,
+            on_hold=lambda: self._decisions.on_hold,
+            max_fraction=viewers.max_fraction,
+            on_events=each(
+                viewers.turn_events,
+                self._keeper.turn_events,
+                *([lambda _: voices.check()] if voices else []),
+                *([tape.turn_events] if tape else []),
+            ),
+            on_status=each(
+                viewers.drive_status,
+                self._keeper.drive_status,
+                *([tape.drive_status] if tape else []),
+            ),
+            listener=tape,
+            controls=self._settings.controls,
+            gauges=self._settings.gauges,
+        )
+
+    def _make_room(self) -> Room:
+        tape = self._tape_keeper
+        return Room(
+            settings=self._settings,
+            clock=self._clock,
+            counters=self._counters,
+            service=self._service,
+            turns=self._turns,
+            viewers=self._viewers,
+            control=self._control,
+            page_messages=PageMessages(
+                settings=self._settings,
+                service=self._service,
+                driver=self._driver,
+                turns=self._turns,
+                captures=self._captures,
+                picture_clock=lambda: self._picture_clock,
+                access=self._access,
+                decisions=self._decisions,
+                voices=self._voices,
+                tape=lambda: None if tape is None else tape.status(),
+                cameras=self._cameras,
+                has_way_in=lambda: self._tunnel.problem is None,
+                problems=lambda: [
+                    *self._kept.problems(),
+                    *self._tunnel.problems(),
+                    *self._hooks.problems(),
+                    *self._house.problems(),
+                ],
+            ),
+            access=self._access,
+            decisions=self._decisions,
+            kept=self._kept,
+            records=self._records,
+            keeper=self._keeper,
+            network=self._network,
+            cluster=self._cluster,
+            has_time=self._headroom.has_time,
+            voices=self._voices,
+            tape=tape,
+        )
+
+    def _make_status(self, steps: Callable[[], dict[str, dict[str, float]]]) -> Status:
+        return Status(
+            clock=self._clock,
+            room=self._room,
+            viewers=self._viewers,
+            control=self._control,
+            turns=self._turns,
+            driver=self._driver,
+            video=self._video,
+            audio=self._audio,
+            captures=self._captures,
+            blocks=self._blocks,
+            channel_faults=self._channel_faults,
+            cluster=self._cluster,
+            tape=None if self._tape is None else self._tape.recorder,
+            counters=self._counters,
+            rates=CountRates(),
+            speaker=self._speaker,
+            cameras=self._cameras,
+            encoders=self._encoders,
+            hooks=self._hooks.status,
+            door=self._tunnel.status,
+            steps=steps,
+        )
+
+    def _make_routes(self) -> Routes:
+        settings, clock = self._settings, self._clock
+        page = _page_data(self._service, settings.sync, has_voice=self._speaker is not None)
+        return Routes(
+            room=self._room,
+            clock=clock,
+            proving=self._proof_runner,
+            ice=self._ice,
+            status=lambda: (
+                self._status()
+                | {"connections": self._entrance.limits.status(), "mqtt": self._house.status()}
+            ),
+            branding=BrandedPage(settings.page, page, settings.server.public_url),
+            guards=Guards(
+                settings.server,
+                clock,
+                self._network.public_addresses,
+                [one.livekit for one in settings.publish if one.livekit],
+            ),
+            access=self._access,
+            offers_hz=settings.server.max_offers_per_address_hz,
+            missing=Readiness(
+                clock=clock,
+                control=self._control,
+                captures=self._captures,
+                picture_clock=lambda: self._picture_clock,
+                is_stopping=self._stopping.is_set,
+            ),
+            calendar=_calendar(settings, clock),
+        )
+
     def _make_metrics(self) -> MetricsListener | None:
         if not self._settings.metrics.port:
             return None
@@ -499,27 +509,27 @@ class App:
         )
         return MetricsListener(self._settings.metrics, metrics.text)
 
-    def _make_tape(self, counters: Counters) -> TapeFeed | None:
+    def _make_tape(self) -> TapeFeed | None:
         """Return the tape, None unless recording is enabled; raises `StateError`."""
         if not self._settings.recording.enabled or not isinstance(self._audio, SoundHub):
             return None
         return TapeFeed(
             self._settings,
             clock=self._clock,
-            counters=counters,
+            counters=self._counters,
             video=self._video if "video" in self._captures else None,
             audio=self._audio if "audio" in self._captures else None,
             cameras=self._cameras,
         )
 
-    def _make_tape_keeper(self, viewers: Viewers) -> TapeKeeper | None:
+    def _make_tape_keeper(self) -> TapeKeeper | None:
         if self._tape is None:
             return None
         return TapeKeeper(
             self._tape.recorder,
             settings=self._settings.recording,
             clock=self._clock,
-            viewers=viewers,
+            viewers=self._viewers,
             latched=lambda: self._control.latched,
             robot=lambda: self._control.robot_state,
             has_sound=self._tape.has_sound,
@@ -527,7 +537,7 @@ class App:
             event_maker=self._keeper.event_maker,
         )
 
-    def _seen(self, *, waiting: int) -> StateSeen:
+    def _seen(self) -> StateSeen:
         """Return the state from whose changes events are made."""
         problems: dict[Fault, Sentence | None] = {
             ("camera" if name == "video" else "microphone", None): one.problem
@@ -537,7 +547,7 @@ class App:
         state = self._control.robot_state
         return StateSeen(
             is_open=self._access.is_open,
-            waiting=waiting,
+            waiting=len(self._turns.queue),
             faults=faults(
                 problems,
                 state,
@@ -562,25 +572,17 @@ class App:
         is_doubted = self._picture_clock.is_doubted(self._clock.now_s())
         return camera is not None and (camera.problem is not None or is_doubted)
 
-    def _make_voices(self, counters: Counters, viewers: Viewers) -> Voices | None:
+    def _make_voices(self) -> Voices | None:
         if self._speaker is None:
             return None
         return Voices(
             speaker=self._speaker,
             clock=self._clock,
-            counters=counters,
+            counters=self._counters,
             decisions=self._decisions,
-            role=self._role_of,
-            changed=viewers.changed,
+            role=lambda viewer: self._room.viewer_role(viewer),  # noqa: PLW0108 - made below
+            changed=self._viewers.changed,
         )
-
-    def _role_of(self, viewer: Viewer) -> Role:
-        return self._room.viewer_role(viewer)
-
-    def _check_voices(self, _events: tuple[TurnEvent, ...]) -> None:
-        """End the voice of anyone whose turn has ended."""
-        if self._voices is not None:
-            self._voices.check()
 
     def _task_died(self, name: str) -> None:
         self._died = name
@@ -629,23 +631,11 @@ class App:
             self._audio.push(block)
 
 
-def _encoders(settings: Settings) -> list[Encoders]:
-    """Choose the encoders of the driving view and of each further camera; none for the thesis's."""
-    if settings.sync.policy == "thesis":
-        return []
-    return choose([settings.video, *settings.camera])
-
-
 def _log_channel_fault(problem: str | None) -> None:
     if problem is None:
         _LOG.info("both channels of the microphone are back")
     else:
         _LOG.warning("one channel of the microphone has failed", problem=problem)
-
-
-def _speaker_thread(settings: VoiceSettings, clock: Clock, driver: Driver) -> SpeakerThread | None:
-    speaker = make_speaker(settings, clock, driver)
-    return None if speaker is None else SpeakerThread(speaker, clock)
 
 
 def _fitting(settings: Settings) -> ServerSettings:
@@ -668,11 +658,6 @@ def _claim(settings: Settings) -> str:
     if not settings.local.is_on:
         return ""
     return str(state_dir.find(settings.server.state_dir) / "driver-claim")
-
-
-def _branding(settings: Settings, service: Service, *, has_voice: bool) -> BrandedPage:
-    data = _page_data(service, settings.sync, has_voice=has_voice)
-    return BrandedPage(settings.page, data, settings.server.public_url)
 
 
 def _calendar(settings: Settings, clock: Clock) -> OpeningCalendar | None:
