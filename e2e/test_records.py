@@ -30,8 +30,8 @@ async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path)
     tables = {"log": 'level = "debug"', "metrics": f"port = {port}"}
     async with serve(tmp_path, toml.card_with(**tables)) as server:
         async with Client(server.url, name=evil) as eve:
-            eve.say(type="name", name=evil)
-            eve.say(type="nonsense", **{evil: evil})
+            eve.send(type="name", name=evil)
+            eve.send(type="nonsense", **{evil: evil})
             eve.state.send(evil)
             jar = aiohttp.CookieJar(unsafe=True)  # its host is an address
             async with aiohttp.ClientSession(cookie_jar=jar) as session:
@@ -41,7 +41,7 @@ async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path)
                         async with session.post(server.url + path, json=body) as response:
                             await response.read()
             async with Operator(server.url, cookies=jar) as host:
-                host.say(type="invite", purpose="queue", uses=1, valid_s=3600)
+                host.send(type="invite", purpose="queue", uses=1, valid_s=3600)
                 assert await host.until(lambda: bool(host.newest("invitation")), 20)
                 token = str(host.newest("invitation")["token"])
             link, *_ = await asyncio.to_thread(host_link.request_links, state)

@@ -19,7 +19,7 @@ async def picture_off(scene: Scene) -> None:
 async def blanked(scene: Scene) -> None:
     host = await scene.comes("Host", is_host=True)
     await scene.opens()
-    host.say(type="blank", blanked=True)
+    host.send(type="blank", blanked=True)
 
 
 async def console(scene: Scene) -> None:

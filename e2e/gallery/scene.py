@@ -145,7 +145,7 @@ class Scene:
 
     async def somebody_waits(self, name: str = "Bob") -> Operator:
         waiting = await self.comes(name)
-        waiting.say(type="join")
+        waiting.send(type="join")
         has_place = await waiting.until(lambda: _waits(waiting), 20)
         assert has_place, f"{name} gets no place in the queue"
         return waiting

@@ -86,7 +86,7 @@ async def removed(scene: Scene) -> None:
         return [one["id"] for one in viewers if one["id"] != host.viewer]
 
     assert await host.until(lambda: bool(guests()), 20), "the host sees no guest"
-    host.say(type="remove", viewer=guests()[0], ban=False)
+    host.send(type="remove", viewer=guests()[0], ban=False)
 
 
 async def closed(scene: Scene) -> None:

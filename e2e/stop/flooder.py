@@ -79,7 +79,7 @@ async def press_stop(ways: Sequence[str], scene: Scene) -> float:
         if how == "HTTP":
             await peer.press_stop()
         else:
-            peer.say(type="stop")
+            peer.send(type="stop")
     await until(
         lambda: scene.operator.stopped is not None, "the operator is told of the stop", every_s=0.01
     )
@@ -120,7 +120,7 @@ async def _flood(url: str, rate_hz: float, pipe: Connection[Any, Any]) -> None:
                 ended.set()
                 return
             pressed_s = time.monotonic()
-            peer.say(type="stop")
+            peer.send(type="stop")
             pipe.send(pressed_s)
 
         asyncio.get_running_loop().add_reader(pipe.fileno(), asked)

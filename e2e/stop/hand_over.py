@@ -90,7 +90,7 @@ async def hand_over(n: int, **settings: Any) -> list[Row]:
             await player.come()
         for ending in endings:
             await now.gets_turn()
-            after.operator.say(type="join")
+            after.operator.send(type="join")
             await now.begins()
             await now.ends(ending, random)
             now, after = after, now
@@ -137,7 +137,7 @@ class Player:
             if await self.operator.until(lambda: self.operator.has_turn, _ASK_EVERY_S):
                 self.turns.add(self.operator.turn)
                 return
-            self.operator.say(type="join")
+            self.operator.send(type="join")
         raise MeasureError(f"hand-over: no turn within {_ASKS * _ASK_EVERY_S:g} s")
 
     async def begins(self) -> None:
@@ -155,7 +155,7 @@ class Player:
         match ending:
             case "leave":
                 await asyncio.sleep(random.uniform(0.0, 0.1))
-                self.operator.say(type="leave")
+                self.operator.send(type="leave")
             case "expire":
                 await self.operator.until(lambda: not self.operator.has_turn, 15.0)
             case "vanish":

@@ -26,5 +26,5 @@ async def says(ground: Ground, rate_hz: float, messages: Sequence[dict[str, Any]
     spoken = {intruder: cycle(messages) for intruder in ground.intruders}
     async for intruder in ground.turns(rate_hz):
         with suppress(InvalidStateError):  # it was disconnected
-            intruder.say(**next(spoken[intruder]))
+            intruder.send(**next(spoken[intruder]))
             ground.account["messages"] += 1

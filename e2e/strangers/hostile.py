@@ -268,7 +268,7 @@ class Watch:
 
     async def _press(self, way: str) -> None:
         if way == "channel":
-            self.observer.say(type="stop")
+            self.observer.send(type="stop")
             return
         with suppress(SignallingError, TimeoutError, aiohttp.ClientError):
             await self.observer.press_stop()

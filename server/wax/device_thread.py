@@ -92,7 +92,7 @@ class DeviceThread(ABC):
 
     @abstractmethod
     def _use(self) -> None:
-        """Use the open device until `_stopping`: `_begins` before what may hang, then `_works`."""
+        """Use it until `_stopping`: `_mark_busy` before what may hang, then `_mark_working`."""
 
     @abstractmethod
     def _failed(self, why: str) -> Sentence:
@@ -101,7 +101,7 @@ class DeviceThread(ABC):
     def _run(self) -> None:
         while not self._stopping.is_set():
             try:
-                self._begins()
+                self._mark_busy()
                 self._device.open()
                 self._use()
             except (SourceError, SpeakerError) as error:
@@ -114,10 +114,10 @@ class DeviceThread(ABC):
                 self._close()
             self._stopping.wait(_RETRY_S)
 
-    def _begins(self) -> None:
+    def _mark_busy(self) -> None:
         self._busy_since_s = self._clock.now_s()
 
-    def _works(self) -> None:
+    def _mark_working(self) -> None:
         self._busy_since_s = None
         self._tell(None)
 

@@ -61,7 +61,7 @@ def _marked(
 def test_all_is_marked_while_it_matters(estimate: LinkEstimate, full_feedback: bool) -> None:
     """Every packet requests feedback at startup, under congestion, and for the operator."""
     sampling = FeedbackSampling()
-    sampling.follow(estimate, full_feedback=full_feedback)
+    sampling.choose_interval(estimate, full_feedback=full_feedback)
     assert not sampling.is_sparse
     marked = _marked(sampling, 2.0)
     assert marked.count("sound") == 100
@@ -71,7 +71,7 @@ def test_all_is_marked_while_it_matters(estimate: LinkEstimate, full_feedback: b
 def test_who_only_watches_tells_of_samples() -> None:
     """On a settled link an observer's browser sends two or three feedback packets a second."""
     sampling = FeedbackSampling()
-    sampling.follow(_estimate(), full_feedback=False)
+    sampling.choose_interval(_estimate(), full_feedback=False)
     assert sampling.is_sparse
     assert 9 <= _marked(sampling, 4.0).count("picture") <= 22
 
@@ -80,7 +80,9 @@ def test_who_only_watches_tells_of_samples() -> None:
 def test_a_thin_uplink_is_spared(full_feedback: bool) -> None:
     """On a modem line feedback comes twice a second, for everybody."""
     sampling = FeedbackSampling()
-    sampling.follow(_estimate(rate_bps=48_000.0, used_bps=46_000.0), full_feedback=full_feedback)
+    sampling.choose_interval(
+        _estimate(rate_bps=48_000.0, used_bps=46_000.0), full_feedback=full_feedback
+    )
     marked = _marked(sampling, 10.0, pictures_hz=10.0)
     assert 15 <= marked.count("picture") <= 22
     assert marked.count("sound") <= 40
@@ -89,5 +91,5 @@ def test_a_thin_uplink_is_spared(full_feedback: bool) -> None:
 def test_sound_alone_is_heard_of_too() -> None:
     """Without a picture the sound's packets are sampled."""
     sampling = FeedbackSampling()
-    sampling.follow(_estimate(rate_bps=48_000.0), full_feedback=False)
+    sampling.choose_interval(_estimate(rate_bps=48_000.0), full_feedback=False)
     assert 8 <= _marked(sampling, 10.0, pictures_hz=None).count("sound") <= 25

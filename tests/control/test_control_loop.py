@@ -153,7 +153,9 @@ class Bench:
             gauges=gauges,
         )
 
-    def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
+    def command_handled(
+        self, viewer: int, command: Command, refusal: Refusal | None, now_s: float
+    ) -> None:
         self.listened.append(("offered", viewer, command.seq, refusal))
 
     def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
@@ -194,12 +196,12 @@ class Bench:
         )
 
     def offer(self, linear: float = 0.0, *, viewer: int = A) -> Refusal | None:
-        return self.loop.offer(viewer, self.command(linear))
+        return self.loop.handle_command(viewer, self.command(linear))
 
     def pan(self, position: float, *, held: bool = True) -> Refusal | None:
         """Offer a command that names an axis, and asks for no other motion."""
         command = replace(self.command(), held=held, axes={"pan": position})
-        return self.loop.offer(A, command)
+        return self.loop.handle_command(A, command)
 
     def enter(self, *viewers: int) -> None:
         for viewer in viewers:
@@ -286,7 +288,7 @@ class FakeTimer(FakeDriver):
 
     end_s: float | None = None
 
-    def expect(self, end_s: float) -> None:
+    def set_deadline(self, end_s: float) -> None:
         self.end_s = end_s
 
 
@@ -883,7 +885,7 @@ def test_driver_that_raises_is_stopped(bench: Bench, broken: str) -> None:
     with capture_logs() as logs:
         for _ in range(2):
             bench.offer()
-            bench.loop.offer(A, replace(bench.command(1.0), axes={"pan": next(pan)}))
+            bench.loop.handle_command(A, replace(bench.command(1.0), axes={"pan": next(pan)}))
             assert ("stop", 1) in bench.step()
             assert bench.statuses[-1] == (A, False, NO_ANSWER)
     assert [entry["log_level"] for entry in logs] == ["error"]
@@ -1032,12 +1034,12 @@ def test_who_sees_late_is_slowed_and_told_why(bench: Bench) -> None:
     """A late picture slows the robot, with a reason for the operator; a too late one stops it."""
     bench.drive()
     late = replace(bench.command(1.0), seen_s=bench.clock.time_s - 0.52)
-    bench.loop.offer(A, late)
+    bench.loop.handle_command(A, late)
     assert ("apply", Twist(0.25, 0.0), 1) in bench.step()
     assert bench.statuses[-1] == (A, True, Limit.LATE_PICTURE.value)
     assert bench.shares[-1] == 0.5
     blind = replace(bench.command(1.0), seen_s=bench.clock.time_s - 0.92)
-    bench.loop.offer(A, blind)
+    bench.loop.handle_command(A, blind)
     assert ("stop", 1) in bench.step()
     assert bench.statuses[-1] == (A, False, Refusal.BLIND.value)
     assert bench.shares[-1] == 0.0
@@ -1048,7 +1050,7 @@ def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
     bench.has_picture = False
     bench.offer()
     bench.step()
-    bench.loop.offer(A, replace(bench.command(1.0), seen_s=None))
+    bench.loop.handle_command(A, replace(bench.command(1.0), seen_s=None))
     assert bench.step() == [("apply", Twist(0.25, 0.0), 1)]
     assert bench.statuses[-1] == (A, True, Limit.NO_PICTURE.value)
 
@@ -1158,7 +1160,7 @@ def test_delay_is_taken_at_the_turns_start(bench: Bench) -> None:
     bench.drive()
     bench.delays_s[A] = 0.9
     old = replace(bench.command(1.0), sent_s=bench.clock.time_s - 0.26)
-    assert bench.loop.offer(A, old) is Refusal.TOO_OLD
+    assert bench.loop.handle_command(A, old) is Refusal.TOO_OLD
 
 
 def test_delay_is_taken_as_soon_as_known() -> None:
@@ -1168,11 +1170,11 @@ def test_delay_is_taken_as_soon_as_known() -> None:
     bench.enter(A)
     bench.step()
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
-    assert bench.loop.offer(A, old) is Refusal.TOO_OLD
+    assert bench.loop.handle_command(A, old) is Refusal.TOO_OLD
     bench.delays_s[A] = 0.1
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
     bench.clock.time_s += 0.02
-    assert bench.loop.offer(A, old) is None
+    assert bench.loop.handle_command(A, old) is None
 
 
 @pytest.mark.parametrize(("delay_s", "refusal"), [(0.3, None), (None, Refusal.TOO_OLD)])
@@ -1186,9 +1188,9 @@ def test_delay_is_taken_anew_when_the_turn_renews(
     bench.delays_s.pop(A) if delay_s is None else bench.delays_s.update({A: delay_s})
     bench.step(60.0)
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.4)
-    assert bench.loop.offer(A, old) is refusal
+    assert bench.loop.handle_command(A, old) is refusal
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
-    assert bench.loop.offer(A, old) is None
+    assert bench.loop.handle_command(A, old) is None
 
 
 def test_delay_is_not_the_last_operators(bench: Bench) -> None:
@@ -1197,7 +1199,7 @@ def test_delay_is_not_the_last_operators(bench: Bench) -> None:
     del bench.delays_s[B]
     bench.loop.leave(A)
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
-    assert bench.loop.offer(B, old) is Refusal.TOO_OLD
+    assert bench.loop.handle_command(B, old) is Refusal.TOO_OLD
 
 
 def test_lateness_is_told_to_a_tenth(bench: Bench) -> None:
@@ -1302,7 +1304,7 @@ async def test_runs_until_cancelled_and_stops_the_robot() -> None:
         for seq in itertools.count():  # as a page does: a busy machine may require neutral again
             if ("apply", AHEAD, 1) in driver.calls:
                 break
-            control.offer(A, page(seq, seq % 2))
+            control.handle_command(A, page(seq, seq % 2))
             driver.called.clear()
             await driver.called.wait()
     assert driver.calls[-1] == ("stop", 1)
@@ -1317,8 +1319,8 @@ async def test_hurried_change_does_not_wait_for_the_beat() -> None:
     control.join(A)
     async with running(control) as task:
         await heard(driver, "apply", STANDSTILL, 1)
-        control.offer(A, page(1, 0.0))
-        control.offer(A, page(2, 1.0))
+        control.handle_command(A, page(1, 0.0))
+        control.handle_command(A, page(2, 1.0))
         await heard(driver, "apply", AHEAD, 1)
         await asyncio.wait([task], timeout=0.03)
         assert len(driver.applied_s) == 2
@@ -1331,10 +1333,10 @@ async def test_the_end_of_a_command_does_not_wait_for_the_beat() -> None:
     control.connect(A)
     control.join(A)
     control.step(SystemClock().now_s())
-    control.offer(A, page(1, 0.0))
+    control.handle_command(A, page(1, 0.0))
     async with running(control):
         await asyncio.sleep(0.01)
-        control.offer(A, page(2, 1.0))
+        control.handle_command(A, page(2, 1.0))
         await heard(driver, "apply", AHEAD, 1)
         driver.calls.clear()
         await heard(driver, "stop", 1)
@@ -1377,7 +1379,7 @@ async def test_flood_keeps_the_gap() -> None:
         seq = 0
         while len(driver.applied_s) < 12:
             seq += 1
-            control.offer(A, page(seq, seq % 3 / 2))
+            control.handle_command(A, page(seq, seq % 3 / 2))
             await asyncio.sleep(0)
     gaps_s = [b - a for a, b in itertools.pairwise(driver.applied_s)]
     assert min(gaps_s) > 0.0045

@@ -72,7 +72,7 @@ class Rig(Bench):
     def hold(self, *, still: bool = False) -> None:
         """Send a command that holds something, as a page does with each control."""
         command = replace(self.command(), held=not still)
-        assert self.loop.offer(A, command) is None
+        assert self.loop.handle_command(A, command) is None
 
     def told(self, after_s: float = 0.02) -> list[tuple[object, ...]]:
         """Run a step; return the driver's calls for controls and stops."""

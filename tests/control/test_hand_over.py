@@ -280,7 +280,7 @@ class Crowd:
     def _offer(self, sent: Sent) -> None:
         # The turn may end with this arrival; neutral counts for the turn that it was sent in.
         command, before_s = sent.command, self.hold_s
-        self.loop.offer(sent.viewer, command)
+        self.loop.handle_command(sent.viewer, command)
         is_his = sent.viewer == self.operator and command.turn == self.turn
         if is_his and command.linear == 0 and self.hold_s == before_s <= command.sent_s:
             self.neutral_since_s = command.sent_s

@@ -60,7 +60,7 @@ class Robot:
         fields = {"battery_mv": 0, "bumpers": 0, "left_ticks": 0, "right_ticks": 0, "flags": 0}
         fields |= {"sequence": self.heard[-1].sequence} | report
         said = ReportBody(**fields)
-        dialect.hear(encode(Frame(said, time_ms=time_ms), self.decoder.session), now_s)
+        dialect.receive_data(encode(Frame(said, time_ms=time_ms), self.decoder.session), now_s)
         return said
 
 
@@ -77,12 +77,12 @@ def single() -> BytesDialect:
     dialect = BytesDialect(BytesDialectSettings(), LIMITS)
     dialect.hello(0.0)
     for now_s in (0.0, 0.02, 0.04, 0.06):
-        dialect.say(STAND, now_s)
+        dialect.data_to_send(STAND, now_s)
     return dialect
 
 
 def says(dialect: BytesDialect | FramesDialect, order: Order, now_s: float) -> tuple[bytes, float]:
-    words, due_s = dialect.say(order, now_s)
+    words, due_s = dialect.data_to_send(order, now_s)
     return words, round(due_s, 6)
 
 
@@ -115,7 +115,7 @@ def test_an_answer_is_one_to_what_was_said() -> None:
     robot.hear(dialect.hello(1.0))
     report = ReportBody(0, 0, 0, 0, 0, robot.heard[-1].sequence)
     for session in (0xFFFF, robot.decoder.session ^ 1):
-        dialect.hear(encode(Frame(report), session), 1.0)
+        dialect.receive_data(encode(Frame(report), session), 1.0)
     robot.answer(dialect, 1.0, sequence=99)
     assert not dialect.answers(1.0)
     robot.answer(dialect, 1.5)
@@ -131,11 +131,11 @@ def test_a_silence_begins_a_new_session(deaf: bool) -> None:
     session = robot.decoder.session
     taken = robot.heard[-1].sequence
     for now_s in (1.1, 1.2, 1.3, 1.4, 1.49):
-        robot.hear(dialect.say(going(1, 0), now_s)[0])
+        robot.hear(dialect.data_to_send(going(1, 0), now_s)[0])
         if deaf:
             robot.answer(dialect, now_s, sequence=taken)
     assert says(dialect, going(1, 0), 1.495) == (b"", 1.5)
-    found = robot.hear(dialect.say(going(1, 0), 1.5)[0])
+    found = robot.hear(dialect.data_to_send(going(1, 0), 1.5)[0])
     assert [type(body) for body in found] == [HelloBody, StopBody]
     assert robot.decoder.session != session
     assert not dialect.answers(1.5)
@@ -146,21 +146,21 @@ def test_a_silence_begins_a_new_session(deaf: bool) -> None:
 def test_frames_are_sent_on_change_and_fifty_times_a_second() -> None:
     """A change is sent at once, the same motion again every 20 ms, standstill every 50 ms."""
     dialect, robot = connected(1.0)
-    assert robot.hear(dialect.say(going(1, 0), 1.0)[0]) == [DriveBody(600, 600)]
+    assert robot.hear(dialect.data_to_send(going(1, 0), 1.0)[0]) == [DriveBody(600, 600)]
     assert says(dialect, going(1, 0), 1.01) == (b"", 1.02)
-    assert robot.hear(dialect.say(going(1, 0), 1.02)[0]) == [DriveBody(600, 600)]
-    assert robot.hear(dialect.say(going(-1, 0), 1.021)[0]) == [DriveBody(-600, -600)]
-    words, due_s = dialect.say(STAND, 1.03)
+    assert robot.hear(dialect.data_to_send(going(1, 0), 1.02)[0]) == [DriveBody(600, 600)]
+    assert robot.hear(dialect.data_to_send(going(-1, 0), 1.021)[0]) == [DriveBody(-600, -600)]
+    words, due_s = dialect.data_to_send(STAND, 1.03)
     assert robot.hear(words) == [StopBody()]
     assert due_s == pytest.approx(1.08)
-    assert robot.hear(dialect.say(STAND, 1.08)[0]) == [StopBody()]
+    assert robot.hear(dialect.data_to_send(STAND, 1.08)[0]) == [StopBody()]
 
 
 def test_frames_carry_turn_ttl_and_a_rising_sequence() -> None:
     """Every frame has a rising number, and a drive frame its turn and time-to-live."""
     dialect, robot = connected(1.0)
-    robot.hear(dialect.say(going(0.5, 0, turn=8), 1.0)[0])
-    robot.hear(dialect.say(going(0.5, 0, turn=9), 1.0)[0])
+    robot.hear(dialect.data_to_send(going(0.5, 0, turn=8), 1.0)[0])
+    robot.hear(dialect.data_to_send(going(0.5, 0, turn=9), 1.0)[0])
     assert [frame.sequence for frame in robot.heard] == [1, 2, 3, 4, 5]
     told = [(frame.turn, frame.ttl_ms) for frame in robot.heard[2:]]
     assert told == [(8, 200), (9, 0), (9, 200)]
@@ -169,10 +169,10 @@ def test_frames_carry_turn_ttl_and_a_rising_sequence() -> None:
 def test_frames_carry_the_robots_time() -> None:
     """A frame's time is the last report's plus the time since, across the clock's wrap."""
     dialect, robot = connected(1.0, time_ms=2**32 - 100)
-    robot.hear(dialect.say(going(1, 0), 1.06)[0])
-    robot.hear(dialect.say(going(1, 0), 1.25)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 1.06)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 1.25)[0])
     robot.answer(dialect, 1.3, time_ms=7000)
-    robot.hear(dialect.say(going(1, 0), 1.35)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 1.35)[0])
     robot.hear(dialect.hello(2.0))
     assert [frame.time_ms for frame in robot.heard] == [0, 0, 2**32 - 40, 150, 7050, 0, 0]
 
@@ -181,7 +181,7 @@ def test_frames_move_axes() -> None:
     """An axis, once set, is sent with every set-point, in ten-thousandths of its range."""
     order = replace(STAND, axes=(("pan", -0.5),))
     dialect, robot = connected()
-    assert robot.hear(dialect.say(order, 1.0)[0]) == [StopBody(), AxisBody(0, -5000)]
+    assert robot.hear(dialect.data_to_send(order, 1.0)[0]) == [StopBody(), AxisBody(0, -5000)]
     assert robot.heard[-1].ttl_ms == 200
 
 
@@ -189,7 +189,7 @@ def test_axes_are_numbered_by_their_place() -> None:
     """The first name of the configuration is axis 0, the next 1, in whatever order they are set."""
     order = replace(STAND, axes=(("lamp", 1.0), ("pan", 0.0)))
     dialect, robot = connected()
-    assert robot.hear(dialect.say(order, 1.0)[0]) == [
+    assert robot.hear(dialect.data_to_send(order, 1.0)[0]) == [
         StopBody(),
         AxisBody(1, 10_000),
         AxisBody(0, 0),
@@ -199,7 +199,7 @@ def test_axes_are_numbered_by_their_place() -> None:
 def test_frames_say_farewell_with_a_stop() -> None:
     """The farewell is a stop of the current turn."""
     dialect, robot = connected()
-    robot.hear(dialect.say(going(1, 0, turn=4), 1.0)[0])
+    robot.hear(dialect.data_to_send(going(1, 0, turn=4), 1.0)[0])
     assert robot.hear(dialect.farewell()) == [StopBody()]
     assert robot.heard[-1].turn == 4
 
@@ -207,7 +207,9 @@ def test_frames_say_farewell_with_a_stop() -> None:
 def test_reports_are_known_until_the_next_connection() -> None:
     """What the robot reports is known by name, errors are counted, and a new line begins anew."""
     dialect, robot = connected()
-    dialect.hear(b"\xa5\x5a\xff" + encode(Frame(DriveBody(1, 1)), robot.decoder.session), 1.0)
+    dialect.receive_data(
+        b"\xa5\x5a\xff" + encode(Frame(DriveBody(1, 1)), robot.decoder.session), 1.0
+    )
     report = {"battery_mv": 7412, "bumpers": 2, "left_ticks": -10, "right_ticks": 20, "flags": 1}
     robot.answer(dialect, 1.0, **report, damaged=3, refused=4)
     assert dialect.known() == {
@@ -230,7 +232,7 @@ def test_what_came_before_the_session_is_no_error_of_the_line() -> None:
     """Errors are counted from the first answer on."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
-    dialect.hear(encode(Frame(ReportBody(0, 0, 0, 0, 0, 0)), 0xFFFF), 1.0)
+    dialect.receive_data(encode(Frame(ReportBody(0, 0, 0, 0, 0, 0)), 0xFFFF), 1.0)
     assert dialect.known() == {"line_errors": 1.0}
     robot.answer(dialect, 1.0)
     assert dialect.known()["line_errors"] == 0.0
@@ -249,58 +251,58 @@ def test_what_came_before_the_session_is_no_error_of_the_line() -> None:
 )  # fmt: skip
 def test_each_direction_is_its_byte(ahead: float, left: float, byte: bytes) -> None:
     """Eight directions, each the sector of 45 degrees that the set-point lies in."""
-    assert single().say(going(ahead, left), 1.0)[0][-1:] == byte
+    assert single().data_to_send(going(ahead, left), 1.0)[0][-1:] == byte
 
 
 def test_bytes_are_sent_only_on_change() -> None:
     """A held key sends one byte; a changed speed is sent before it."""
     dialect = single()
     said = [
-        dialect.say(going(ahead, left), 1.0 + n * 0.02)[0]
+        dialect.data_to_send(going(ahead, left), 1.0 + n * 0.02)[0]
         for n, (ahead, left) in enumerate(
             [(0.3, 0), (0.3, 0), (0.31, 0.01), (0.3, 0.3), (1, 1), (1, 1), (1, 0), (0.3, 0)]
         )
     ]
     assert said == [b"1F", b"", b"", b"G", b"2G", b"", b"F", b"1F"]
-    assert dialect.say(going(0.3, 0), 99.0) == (b"", math.inf)
+    assert dialect.data_to_send(going(0.3, 0), 99.0) == (b"", math.inf)
 
 
 def test_stop_is_said_three_times() -> None:
     """A stop is sent at once and twice more, 20 ms apart, and then nothing."""
     dialect = single()
-    dialect.say(going(1, 0), 1.0)
+    dialect.data_to_send(going(1, 0), 1.0)
     assert says(dialect, STAND, 2.0) == (b"S", 2.02)
     assert says(dialect, STAND, 2.01) == (b"", 2.02)
     assert says(dialect, STAND, 2.02) == (b"S", 2.04)
-    assert dialect.say(STAND, 2.04) == (b"S", math.inf)
-    assert dialect.say(STAND, 2.06) == (b"", math.inf)
+    assert dialect.data_to_send(STAND, 2.04) == (b"S", math.inf)
+    assert dialect.data_to_send(STAND, 2.06) == (b"", math.inf)
 
 
 def test_a_new_motion_ends_the_stops() -> None:
     """After a new motion no more bytes of the previous stop are sent."""
     dialect = single()
-    dialect.say(going(1, 0), 1.0)
-    dialect.say(STAND, 2.0)
-    assert dialect.say(going(1, 0), 2.01) == (b"F", math.inf)
-    assert dialect.say(going(1, 0), 2.03) == (b"", math.inf)
+    dialect.data_to_send(going(1, 0), 1.0)
+    dialect.data_to_send(STAND, 2.0)
+    assert dialect.data_to_send(going(1, 0), 2.01) == (b"F", math.inf)
+    assert dialect.data_to_send(going(1, 0), 2.03) == (b"", math.inf)
 
 
 def test_almost_nothing_is_standstill() -> None:
     """Less than a twentieth of the limits counts as standstill; a twentieth does not."""
-    assert single().say(going(0.04, -0.04), 1.0)[0] == b""
-    assert single().say(going(0.05, 0), 1.0)[0] == b"1F"
+    assert single().data_to_send(going(0.04, -0.04), 1.0)[0] == b""
+    assert single().data_to_send(going(0.05, 0), 1.0)[0] == b"1F"
 
 
 def test_half_of_the_limits_is_fine_still() -> None:
     """Only what is above it is gross."""
-    assert single().say(going(0.5, 0), 1.0)[0] == b"1F"
-    assert single().say(going(0.51, 0), 1.0)[0] == b"2F"
+    assert single().data_to_send(going(0.5, 0), 1.0)[0] == b"1F"
+    assert single().data_to_send(going(0.51, 0), 1.0)[0] == b"2F"
 
 
 def test_a_turn_that_begins_with_motion_begins_with_the_stop_byte() -> None:
     """If the stop between two turns was not sent it is sent first, but never twice."""
     dialect = single()
-    dialect.say(going(1, 0, turn=1), 1.0)
+    dialect.data_to_send(going(1, 0, turn=1), 1.0)
     assert says(dialect, going(1, 0, turn=2), 1.01) == (b"SF", math.inf)
     assert says(dialect, going(-0.2, 0, turn=3), 1.02) == (b"S1B", math.inf)
     assert says(dialect, going(1, 0, turn=3), 1.03) == (b"2F", math.inf)
@@ -312,25 +314,25 @@ def test_a_board_without_speeds_gets_none() -> None:
     """Without bytes for the speeds only directions are sent."""
     dialect = BytesDialect(BytesDialectSettings(fine=None, gross=None), LIMITS)
     dialect.hello(0.0)
-    assert dialect.say(going(0.3, 0), 1.0)[0] == b"F"
-    assert dialect.say(going(1, 0), 1.1)[0] == b""
+    assert dialect.data_to_send(going(0.3, 0), 1.0)[0] == b"F"
+    assert dialect.data_to_send(going(1, 0), 1.1)[0] == b""
 
 
 def test_a_board_with_one_speed_gets_that() -> None:
     """Where the other has no byte the direction goes alone."""
     dialect = BytesDialect(BytesDialectSettings(fine=None), LIMITS)
     dialect.hello(0.0)
-    assert dialect.say(going(1, 0), 1.0)[0] == b"2F"
-    assert dialect.say(going(0.3, 0), 1.1)[0] == b"F"
+    assert dialect.data_to_send(going(1, 0), 1.0)[0] == b"2F"
+    assert dialect.data_to_send(going(0.3, 0), 1.1)[0] == b"F"
 
 
 def test_a_new_connection_says_all_anew() -> None:
     """After a reconnection the speed is sent again, because the board may have restarted."""
     dialect = single()
-    dialect.say(going(1, 0), 1.0)
+    dialect.data_to_send(going(1, 0), 1.0)
     assert dialect.hello(2.0) == b"S"
-    assert dialect.say(STAND, 2.03)[0] == b"S"
-    assert dialect.say(going(1, 0), 2.1)[0] == b"2F"
+    assert dialect.data_to_send(STAND, 2.03)[0] == b"S"
+    assert dialect.data_to_send(going(1, 0), 2.1)[0] == b"2F"
 
 
 def test_bytes_say_farewell_with_three_stops() -> None:
@@ -351,6 +353,6 @@ def test_a_silent_board_is_named_by_its_port(dialect: BytesDialect | FramesDiale
 def test_bytes_boards_need_not_answer() -> None:
     """Such a board is there as long as its port is; whether it moves nobody knows."""
     dialect = single()
-    dialect.hear(b"ok", 1.0)
+    dialect.receive_data(b"ok", 1.0)
     assert (dialect.answers(99.0), dialect.overdue(99.0), dialect.moving) == (True, False, None)
     assert (dialect.bumpers, dialect.battery_v) == (0, None)

@@ -33,7 +33,7 @@ def test_greetings_are_of_no_turn_and_of_no_time() -> None:
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
     robot.answer(dialect, 1.0, time_ms=5000, sequence=99)  # the robot speaks; it did not hear
-    robot.hear(dialect.say(going(1, 0), 3.0)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 3.0)[0])
     assert [type(frame.body) for frame in robot.heard] == [HelloBody, StopBody, HelloBody, StopBody]
     assert {(frame.turn, frame.ttl_ms) for frame in robot.heard} == {(0, 0)}
     assert [frame.time_ms for frame in robot.heard] == [0, 0, 0, 7000]
@@ -46,9 +46,9 @@ def test_what_is_no_answer_changes_nothing(answered_s: float, number: int) -> No
     hello = robot.hear(dialect.hello(1.0))
     robot.answer(dialect, answered_s, sequence=number)
     for now_s in (1.5, 1.625, 1.75):
-        assert robot.hear(dialect.say(going(1, 0), now_s)[0]) == hello
+        assert robot.hear(dialect.data_to_send(going(1, 0), now_s)[0]) == hello
     robot.answer(dialect, 1.75)
-    assert robot.hear(dialect.say(going(1, 0), 1.76)[0]) == [DriveBody(600, 600)]
+    assert robot.hear(dialect.data_to_send(going(1, 0), 1.76)[0]) == [DriveBody(600, 600)]
 
 
 def test_a_frame_of_the_last_session_is_no_answer() -> None:
@@ -68,7 +68,7 @@ def test_a_robot_that_goes_on_answering_keeps_its_session() -> None:
     dialect, robot = connected(1.0)
     session = robot.decoder.session
     for number in range(1, 21):
-        robot.hear(dialect.say(going(1, 0), 1.0 + number / 10)[0])
+        robot.hear(dialect.data_to_send(going(1, 0), 1.0 + number / 10)[0])
         robot.answer(dialect, 1.05 + number / 10)
     assert robot.decoder.session == session
     assert (dialect.answers(3.49), dialect.answers(3.5)) == (True, False)
@@ -80,7 +80,7 @@ def test_a_robot_that_lags_behind_is_not_heard() -> None:
     for behind, hears in ((255, True), (256, False)):
         dialect, robot = connected(1.0)
         for number in range(300):
-            robot.hear(dialect.say(going(1 if number % 2 else -1, 0), 1.4)[0])
+            robot.hear(dialect.data_to_send(going(1 if number % 2 else -1, 0), 1.4)[0])
         robot.answer(dialect, 1.4, sequence=robot.heard[-1].sequence - behind)
         assert dialect.answers(1.5) is hears
 
@@ -88,34 +88,34 @@ def test_a_robot_that_lags_behind_is_not_heard() -> None:
 def test_after_a_silence_the_motion_is_said_at_once() -> None:
     """With a new session's first answer nothing counts as said, not even the same order."""
     dialect, robot = connected(1.0)
-    robot.hear(dialect.say(going(1, 0), 1.0)[0])
-    robot.hear(dialect.say(going(1, 0), 1.5)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 1.0)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 1.5)[0])
     robot.answer(dialect, 1.51)
-    assert robot.hear(dialect.say(going(1, 0), 1.52)[0]) == [DriveBody(600, 600)]
+    assert robot.hear(dialect.data_to_send(going(1, 0), 1.52)[0]) == [DriveBody(600, 600)]
 
 
 def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
     """Where the stop between two turns was never said it is said first; elsewhere there is one."""
     dialect, robot = connected(1.0)
-    robot.hear(dialect.say(going(1, 0), 1.0)[0])
-    assert robot.hear(dialect.say(going(-1, 0, turn=2), 1.01)[0]) == [
+    robot.hear(dialect.data_to_send(going(1, 0), 1.0)[0])
+    assert robot.hear(dialect.data_to_send(going(-1, 0, turn=2), 1.01)[0]) == [
         StopBody(),
         DriveBody(-600, -600),
     ]
     assert robot.heard[-2].turn == 2
-    assert robot.hear(dialect.say(going(0, 0, turn=3), 1.02)[0]) == [StopBody()]
-    assert robot.hear(dialect.say(going(1, 0, turn=3), 1.03)[0]) == [DriveBody(600, 600)]
+    assert robot.hear(dialect.data_to_send(going(0, 0, turn=3), 1.02)[0]) == [StopBody()]
+    assert robot.hear(dialect.data_to_send(going(1, 0, turn=3), 1.03)[0]) == [DriveBody(600, 600)]
 
 
 def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
     """When its own watchdog has stopped it, a new session begins, although it answers."""
     dialect, robot = connected(1.0)
     session = robot.decoder.session
-    robot.hear(dialect.say(going(1, 0), 1.0)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 1.0)[0])
     robot.answer(dialect, 1.2, flags=2)
     assert not dialect.answers(1.2)
     assert dialect.overdue(1.2)
-    assert [type(body) for body in robot.hear(dialect.say(going(1, 0), 1.21)[0])] == [
+    assert [type(body) for body in robot.hear(dialect.data_to_send(going(1, 0), 1.21)[0])] == [
         HelloBody,
         StopBody,
     ]
@@ -163,7 +163,7 @@ def test_while_it_does_not_answer_the_next_greeting_is_waited_for() -> None:
     """However long that lasts, hello and stop come ten times a second and no more often."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
-    robot.hear(dialect.say(going(1, 0), 2.0)[0])
+    robot.hear(dialect.data_to_send(going(1, 0), 2.0)[0])
     assert says(dialect, going(-1, 0), 2.05) == (b"", 2.1)
 
 

@@ -35,17 +35,17 @@ def begun(**text: Any) -> TextDialect:
     """Give one whose board has listened since 1, at 1.01."""
     found = dialect(**text)
     found.hello(1.0)
-    found.say(STAND, 1.001)
+    found.data_to_send(STAND, 1.001)
     if "answers" in text:
-        found.hear(b"OK\r\n", 1.002)
-        found.say(STAND, 1.003)
-        found.hear(b"OK\r\n", 1.004)
+        found.receive_data(b"OK\r\n", 1.002)
+        found.data_to_send(STAND, 1.003)
+        found.receive_data(b"OK\r\n", 1.004)
     assert found.answers(1.01)
     return found
 
 
 def says(one: TextDialect, order: Order, now_s: float) -> tuple[bytes, float]:
-    words, due_s = one.say(order, now_s)
+    words, due_s = one.data_to_send(order, now_s)
     return words, round(due_s, 3)
 
 
@@ -75,7 +75,7 @@ def says(one: TextDialect, order: Order, now_s: float) -> tuple[bytes, float]:
 )
 def test_a_motion_is_said_to_scale(text: dict[str, Any], order: Order, line: bytes) -> None:
     """A motion is sent in the template's units and format, never beyond its limit."""
-    assert begun(**text).say(order, 1.01)[0] == line
+    assert begun(**text).data_to_send(order, 1.01)[0] == line
 
 
 def test_limits_trim_and_direction_are_the_robots() -> None:
@@ -83,8 +83,8 @@ def test_limits_trim_and_direction_are_the_robots() -> None:
     robot = {"left_trim": 0.5, "invert_right": True, "max_linear_mps": 0.4}
     one = dialect(robot)
     one.hello(1.0)
-    one.say(STAND, 1.001)
-    assert one.say(AHEAD, 1.01)[0] == b"m 200 -400\r"
+    one.data_to_send(STAND, 1.001)
+    assert one.data_to_send(AHEAD, 1.01)[0] == b"m 200 -400\r"
 
 
 def test_change_is_said_at_once_and_all_else_again_and_again() -> None:
@@ -103,29 +103,29 @@ def test_a_stop_line_of_its_own() -> None:
     """A configured stop line replaces zeros, also at the start and the end."""
     one = dialect(stop="x\r")
     assert one.hello(1.0) == b"\rx\r"
-    assert one.say(STAND, 1.001)[0] == b"x\r"
-    assert one.say(AHEAD, 1.01)[0] == GO
-    assert one.say(STAND, 1.02)[0] == b"x\r"
+    assert one.data_to_send(STAND, 1.001)[0] == b"x\r"
+    assert one.data_to_send(AHEAD, 1.01)[0] == GO
+    assert one.data_to_send(STAND, 1.02)[0] == b"x\r"
     assert one.farewell() == b"\rx\rx\rx\r"
 
 
 def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
     """If the stop between two turns was not sent it is sent first, but never twice."""
     one = begun()
-    assert one.say(AHEAD, 1.01)[0] == GO
-    assert one.say(Order(AHEAD.twist, 2), 1.02)[0] == STOP + GO
-    assert one.say(Order(AHEAD.twist, 2), 1.03)[0] == b""
-    assert one.say(Order(LEFT.twist, 3), 1.04)[0] == STOP + b"m -150 150\r"
-    assert one.say(Order(STANDSTILL, 4), 1.05)[0] == STOP
-    assert one.say(Order(AHEAD.twist, 5), 1.06)[0] == GO
-    assert one.say(Order(LEFT.twist, 5), 1.07)[0] == b"m -150 150\r"
+    assert one.data_to_send(AHEAD, 1.01)[0] == GO
+    assert one.data_to_send(Order(AHEAD.twist, 2), 1.02)[0] == STOP + GO
+    assert one.data_to_send(Order(AHEAD.twist, 2), 1.03)[0] == b""
+    assert one.data_to_send(Order(LEFT.twist, 3), 1.04)[0] == STOP + b"m -150 150\r"
+    assert one.data_to_send(Order(STANDSTILL, 4), 1.05)[0] == STOP
+    assert one.data_to_send(Order(AHEAD.twist, 5), 1.06)[0] == GO
+    assert one.data_to_send(Order(LEFT.twist, 5), 1.07)[0] == b"m -150 150\r"
 
 
 @given(st.floats(-5, 5), st.floats(-20, 20), st.sampled_from([0.0, 1.0, 255.0]))
 def test_no_number_is_more_than_the_limit(ahead: float, left: float, limit: float) -> None:
     """For any motion both numbers are whole, and within the limit where there is one."""
     one = begun(limit=limit)
-    words = one.say(Order(Twist(ahead, left), 1), 1.2)[0]
+    words = one.data_to_send(Order(Twist(ahead, left), 1), 1.2)[0]
     numbers = [int(word) for word in words.decode().split()[1:]]
     assert len(numbers) == 2
     assert max(map(abs, numbers)) <= (limit or 1000.0)
@@ -142,7 +142,7 @@ def test_on_a_slow_line_nothing_waits_in_a_buffer() -> None:
     one = TextDialect(robot, WheelMixer(robot), Limits(0.6, 1.5))
     assert len(one.hello(1.0)) == 7
     assert says(one, AHEAD, 1.2) == (b"", 1.233)
-    assert one.say(AHEAD, 1.24)[0] == STOP  # it listens from now on
+    assert one.data_to_send(AHEAD, 1.24)[0] == STOP  # it listens from now on
     assert says(one, AHEAD, 1.25) == (b"", 1.44)
     assert says(one, AHEAD, 1.45) == (GO, 1.783)
     assert says(one, LEFT, 1.5) == (b"", 1.783)
@@ -164,7 +164,7 @@ def test_a_board_that_starts_is_told_to_stop() -> None:
     assert says(one, AHEAD, 1.25) == (b"^RWD 500\r!MG\r" + STOP, 1.35)
     assert one.answers(1.25)
     assert not one.overdue(99.0)
-    assert one.say(AHEAD, 1.26)[0] == GO
+    assert one.data_to_send(AHEAD, 1.26)[0] == GO
 
 
 def test_a_new_connection_begins_anew() -> None:
@@ -174,8 +174,8 @@ def test_a_new_connection_begins_anew() -> None:
     for began_s in (1.0, 2.0):
         assert one.hello(began_s) == b"\r" + STOP
         assert not one.answers(began_s + 0.05)
-        assert one.say(order, began_s + 0.1)[0] == b"b\r" + STOP
-        assert one.say(order, began_s + 0.15)[0] == b"s1\r"
+        assert one.data_to_send(order, began_s + 0.1)[0] == b"b\r" + STOP
+        assert one.data_to_send(order, began_s + 0.15)[0] == b"s1\r"
 
 
 def test_before_the_first_connection_nothing_is_known() -> None:
@@ -200,16 +200,16 @@ def test_a_board_that_must_answer_is_waited_for() -> None:
     one = dialect(answers="OK", begin=["b\r"], boot_ms=300)
     assert one.hello(1.0) == b"\r" + STOP
     assert says(one, AHEAD, 1.1) == (STOP, 1.2)
-    one.hear(b"Ready.\r\nO", 1.12)
+    one.receive_data(b"Ready.\r\nO", 1.12)
     assert says(one, AHEAD, 1.13) == (b"", 1.2)
-    one.hear(b"K\r\n", 1.14)
+    one.receive_data(b"K\r\n", 1.14)
     assert not one.answers(1.14)
     assert says(one, AHEAD, 1.15) == (b"b\r" + STOP, 1.25)
     assert not one.answers(1.15)
-    assert one.say(AHEAD, 1.25)[0] == STOP
-    one.hear(b"OK\n", 1.26)
+    assert one.data_to_send(AHEAD, 1.25)[0] == STOP
+    one.receive_data(b"OK\n", 1.26)
     assert one.answers(1.26)
-    assert one.say(AHEAD, 1.27)[0] == GO
+    assert one.data_to_send(AHEAD, 1.27)[0] == GO
 
 
 def test_a_board_that_never_answers_is_missed() -> None:
@@ -220,9 +220,9 @@ def test_a_board_that_never_answers_is_missed() -> None:
     for number in range(20):
         assert says(one, AHEAD, 1.1 + number / 9.9)[0] == STOP
     assert not one.answers(3.0)
-    one.hear(b"OK\n", 3.01)
-    one.say(AHEAD, 3.02)
-    one.hear(b"OK\n", 3.03)
+    one.receive_data(b"OK\n", 3.01)
+    one.data_to_send(AHEAD, 3.02)
+    one.receive_data(b"OK\n", 3.03)
     assert one.answers(3.03)
     assert not one.overdue(3.03)
 
@@ -230,25 +230,25 @@ def test_a_board_that_never_answers_is_missed() -> None:
 def test_a_board_that_falls_silent_is_gone() -> None:
     """A board that stops answering counts as lost, and the connection starts over with a stop."""
     one = begun(answers="OK", begin=["b\r"])
-    assert one.say(AHEAD, 1.01)[0] == GO
-    one.hear(b"OK\n", 1.3)
+    assert one.data_to_send(AHEAD, 1.01)[0] == GO
+    one.receive_data(b"OK\n", 1.3)
     assert (one.answers(1.799), one.overdue(1.799)) == (True, False)
     assert (one.answers(1.8), one.overdue(1.8)) == (False, True)
     assert says(one, AHEAD, 1.79) == (GO, 1.8)
-    assert one.say(AHEAD, 1.8)[0] == b"\r" + STOP
+    assert one.data_to_send(AHEAD, 1.8)[0] == b"\r" + STOP
     assert not one.answers(1.81)
-    one.hear(b"OK\n", 1.82)
-    assert one.say(AHEAD, 1.83)[0] == b"b\r" + STOP
+    one.receive_data(b"OK\n", 1.82)
+    assert one.data_to_send(AHEAD, 1.83)[0] == b"b\r" + STOP
 
 
 def test_begun_and_never_answered_again() -> None:
     """A board that answers only before the lines of `begin` counts as lost, too."""
     one = dialect(answers="OK", begin=["b\r"])
     one.hello(1.0)
-    one.hear(b"OK\n", 1.1)
-    one.say(AHEAD, 1.2)
+    one.receive_data(b"OK\n", 1.1)
+    one.data_to_send(AHEAD, 1.2)
     assert (one.overdue(1.69), one.overdue(1.7)) == (False, True)
-    assert one.say(AHEAD, 1.7)[0] == b"\r" + STOP
+    assert one.data_to_send(AHEAD, 1.7)[0] == b"\r" + STOP
 
 
 def test_another_line_is_no_answer() -> None:
@@ -256,18 +256,18 @@ def test_another_line_is_no_answer() -> None:
     one = dialect(answers="OK")
     one.hello(1.0)
     assert one.complaint("/dev/x").code == "robot.no_lines"
-    one.hear(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\nNOT OK\n", 1.1)
+    one.receive_data(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\nNOT OK\n", 1.1)
     assert not one.answers(1.1)
     assert one.known() == {"strange_lines": 2.0}
     complaint = one.complaint("/dev/x")
     assert complaint.code == "robot.other_answer"
     assert complaint.values == {"port": "/dev/x", "said": "NOT OK"}
-    one.hear(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\n", 1.2)
+    one.receive_data(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\n", 1.2)
     said = one.complaint("/dev/x").values["said"]
     assert said == "Invalid Command\\x1b[2J!!!!!!!!!!!!!!!!!…"
-    one.hear(b"OK\n", 1.3)
+    one.receive_data(b"OK\n", 1.3)
     assert one.complaint("/dev/x").code == "robot.no_lines"
-    one.hear(b"?\n", 1.4)
+    one.receive_data(b"?\n", 1.4)
     one.hello(2.0)
     assert one.complaint("/dev/x").code == "robot.no_lines"
 
@@ -275,7 +275,7 @@ def test_another_line_is_no_answer() -> None:
 def test_a_board_that_need_not_answer_is_there() -> None:
     """Whatever it says or does not say."""
     one = begun()
-    one.hear(b"\xff\x00\r\n", 2.0)
+    one.receive_data(b"\xff\x00\r\n", 2.0)
     assert (one.answers(99.0), one.overdue(99.0)) == (True, False)
     assert one.known() == {"strange_lines": 1.0}
 
@@ -297,31 +297,31 @@ def test_on_a_slow_port_no_stop_waits_behind_a_question() -> None:
     """Beside a line that takes 83 ms nothing else is said; the question comes alone, later."""
     one = dialect(baud=1200, ask=["e\r"], ask_ms=100)
     one.hello(1.0)
-    one.say(STAND, 1.1)
-    assert one.say(AHEAD, 1.3)[0] == GO
-    assert one.say(AHEAD, 1.39)[0] == b"e\r"
+    one.data_to_send(STAND, 1.1)
+    assert one.data_to_send(AHEAD, 1.3)[0] == GO
+    assert one.data_to_send(AHEAD, 1.39)[0] == b"e\r"
 
 
 def test_what_is_seldom_asked_is_known_until_it_is_asked_again() -> None:
     """Two and a half rounds of questions, a second at least."""
     one = begun(ask=["v\r"], ask_ms=2000, reports=["V={battery_v}"])
-    one.hear(b"V=12.5\n", 1.02)
-    one.say(STAND, 6.0)
+    one.receive_data(b"V=12.5\n", 1.02)
+    one.data_to_send(STAND, 6.0)
     assert one.battery_v == 12.5
-    one.say(STAND, 6.1)
+    one.data_to_send(STAND, 6.1)
     assert one.battery_v is None
 
 
 def test_reports_are_its_state() -> None:
     """What a line tells is known, and is no answer; an answer may be a report as well."""
     one = begun(answers="OK", reports=["V={battery_v}", "B{bumpers}", "{left_ticks} {right_ticks}"])
-    one.hear(b"V=12.5\nB2\n1 1\n1 2\n", 1.02)
+    one.receive_data(b"V=12.5\nB2\n1 1\n1 2\n", 1.02)
     assert (one.battery_v, one.bumpers, one.moving) == (12.5, 2, True)
     assert one.known() == {"left_ticks": 1.0, "right_ticks": 2.0, "strange_lines": 0.0}
-    one.say(STAND, 2.1)
+    one.data_to_send(STAND, 2.1)
     assert (one.battery_v, one.bumpers, one.moving) == (None, 0, None)
     also = begun(answers="OK", reports=["V={battery_v}"])
-    also.hear(b"V=1\n", 1.6)
+    also.receive_data(b"V=1\n", 1.6)
     assert not also.answers(1.6)
 
 
@@ -338,8 +338,8 @@ def test_a_place_is_known_where_ticks_have_a_length() -> None:
     }
     robot = RobotSettings.model_validate({"serial": serial})
     one = TextDialect(robot, WheelMixer(robot), Limits(0.6, 1.5))
-    one.hear(b"0/0\n", 1.0)
-    one.hear(b"50/50\n", 2.0)
+    one.receive_data(b"0/0\n", 1.0)
+    one.receive_data(b"50/50\n", 2.0)
     assert one.pose is not None
     assert one.pose.x_m == 0.5
     assert one.known()["left_mps"] == 0.5
@@ -354,10 +354,10 @@ def test_axes_move_when_they_are_told() -> None:
         ]
     )
     order = Order(AHEAD.twist, 1, axes=(("axis_1", 0.25), ("axis_0", -1.0)))
-    assert one.say(order, 1.01)[0] == GO + b"t0.2\rs 0 180\r"
-    assert one.say(order, 1.02)[0] == b""
+    assert one.data_to_send(order, 1.01)[0] == GO + b"t0.2\rs 0 180\r"
+    assert one.data_to_send(order, 1.02)[0] == b""
     moved = Order(AHEAD.twist, 1, axes=(("axis_1", 0.25), ("axis_0", 0.0)))
-    assert one.say(moved, 1.03)[0] == b"s 0 90\r"
+    assert one.data_to_send(moved, 1.03)[0] == b"s 0 90\r"
 
 
 @given(st.lists(st.tuples(st.binary(max_size=40), st.floats(0, 2)), max_size=12))
@@ -367,8 +367,8 @@ def test_no_bytes_raise_or_move_it(heard: list[tuple[bytes, float]]) -> None:
     said, now_s = one.hello(1.0), 1.0
     for data, pause_s in heard:
         now_s += pause_s
-        one.hear(data, now_s)
-        words, due_s = one.say(STAND, now_s)
+        one.receive_data(data, now_s)
+        words, due_s = one.data_to_send(STAND, now_s)
         said += words
         assert due_s > now_s, "it would be asked without a pause"
         assert one.moving in (None, True, False)

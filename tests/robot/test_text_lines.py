@@ -61,14 +61,14 @@ def test_a_battery_is_told_in_any_unit(template: str, line: str) -> None:
     """Volts, tenths of them and thousandths are all volts here."""
     told = reports(template)
     assert told.battery_v(0.0) is None
-    assert told.hear(line, 0.0)
+    assert told.parse_line(line, 0.0)
     assert told.battery_v(0.5) == 24.6
 
 
 def test_what_was_told_long_ago_is_not_known() -> None:
     """A second later there is no battery, no bumper and no motion any more."""
     told = reports("{battery_v} {bumpers} {moving}")
-    told.hear("12 3 1", 10.0)
+    told.parse_line("12 3 1", 10.0)
     assert (told.battery_v(10.99), told.bumpers(10.99), told.moving(10.99)) == (12.0, 3, True)
     assert (told.battery_v(11.0), told.bumpers(11.0), told.moving(11.0)) == (None, 0, None)
 
@@ -76,7 +76,7 @@ def test_what_was_told_long_ago_is_not_known() -> None:
 def test_bumpers_are_bits() -> None:
     """Of any number the lowest eight are taken."""
     told = reports("B{bumpers}")
-    told.hear("B259", 0.0)
+    told.parse_line("B259", 0.0)
     assert told.bumpers(0.0) == 3
 
 
@@ -92,20 +92,20 @@ def test_motion_is_told(template: str, still: str, turning: str) -> None:
     """A flag or a speed says whether a wheel turns."""
     told = reports(template)
     assert told.moving(0.0) is None
-    told.hear(still, 0.0)
+    told.parse_line(still, 0.0)
     assert told.moving(0.0) is False
-    told.hear(turning, 0.1)
+    told.parse_line(turning, 0.1)
     assert told.moving(0.1) is True
 
 
 def test_ticks_that_change_are_motion() -> None:
     """From the second report on they are compared; the newest says how it is."""
     told = reports("{left_ticks} {right_ticks}", ticks_per_m=1000)
-    told.hear("5 5", 0.0)
+    told.parse_line("5 5", 0.0)
     assert told.moving(0.0) is None
-    told.hear("5 6", 0.2)
+    told.parse_line("5 6", 0.2)
     assert told.moving(0.2) is True
-    told.hear("5 6", 0.4)
+    told.parse_line("5 6", 0.4)
     assert told.moving(0.4) is False
     assert told.moving(1.39) is False
     assert told.moving(1.41) is None
@@ -116,16 +116,16 @@ def test_ticks_that_change_are_motion() -> None:
 def test_a_flag_alone_does_not_hide_ticks() -> None:
     """Of two signs of motion either is enough."""
     told = reports("{moving} {left_ticks} {right_ticks}")
-    told.hear("0 1 1", 0.0)
-    told.hear("0 2 1", 0.1)
+    told.parse_line("0 1 1", 0.0)
+    told.parse_line("0 2 1", 0.1)
     assert told.moving(0.1) is True
 
 
 def test_another_line_is_none_of_them() -> None:
     """It changes nothing."""
     told = reports("V={battery_v}", "B={bumpers}")
-    assert not told.hear("V=x", 0.0)
-    assert told.hear("B=1", 0.0)
+    assert not told.parse_line("V=x", 0.0)
+    assert told.parse_line("B=1", 0.0)
     assert (told.battery_v(0.0), told.bumpers(0.0), told.known()) == (None, 1, {})
 
 
@@ -133,7 +133,7 @@ def test_a_new_connection_knows_nothing() -> None:
     """What was told before it does not count."""
     told = reports("{left_ticks} {right_ticks}", "V={battery_v}")
     for line in ("1 1", "2 2", "V=12"):
-        told.hear(line, 0.0)
+        told.parse_line(line, 0.0)
     told.forget()
     assert (told.battery_v(0.0), told.moving(0.0), told.known()) == (None, None, {})
 
@@ -143,10 +143,10 @@ def test_a_new_connection_knows_nothing() -> None:
 def test_each_number_of_a_line_counts_for_itself(at: int, wrong: str) -> None:
     """A sensor that fails takes nothing from the others of its line, and no wheel is made up."""
     told = reports("R {battery_mv},{bumpers},{left_ticks},{right_ticks}")
-    assert told.hear("R 12000,1,0,0", 1.0)
+    assert told.parse_line("R 12000,1,0,0", 1.0)
     second = ["12100", "1", "9", "9"]
     second[at] = wrong
-    assert told.hear("R " + ",".join(second), 1.5)
+    assert told.parse_line("R " + ",".join(second), 1.5)
     assert told.battery_v(1.5) == (12.0 if at == 0 else 12.1)
     assert told.bumpers(1.5) == 1
     assert told.moving(1.5) is (None if at > 1 else True)
@@ -156,12 +156,12 @@ def test_each_number_of_a_line_counts_for_itself(at: int, wrong: str) -> None:
 def test_a_line_of_two_forms_is_the_one_that_tells_more() -> None:
     """Where a number may be missing, a line of one form could be that of another."""
     told = reports("{left},{right}{battery_mv}", "{left},{bumpers} {battery_mv}")
-    assert told.hear("1,4 12000", 1.0)
+    assert told.parse_line("1,4 12000", 1.0)
     assert (told.bumpers(1.0), told.battery_v(1.0)) == (4, 12.0)
 
 
 def test_no_volts_are_none_measured() -> None:
     """As in the dialect of frames, 0 is what a board without a divider says."""
     told = reports("V {battery_mv}")
-    assert told.hear("V 0", 1.0)
+    assert told.parse_line("V 0", 1.0)
     assert told.battery_v(1.0) is None

@@ -143,7 +143,7 @@ def _break_name(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
 
 
 def _break_follow(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(viewer.streams, "follow", fail)
+    patch.setattr(viewer.streams, "set_role", fail)
 
 
 def _break_link(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:

@@ -68,12 +68,12 @@ async def test_a_flood_of_one_is_hardly_noticed_by_the_others(tmp_path: Path) ->
                 for number in itertools.count():
                     if (took_s := time.monotonic() - began_s) >= MEASURED_S / len(SAID):
                         break
-                    viewers[-1].say(**says[number % len(says)](number))
+                    viewers[-1].send(**says[number % len(says)](number))
                     await asyncio.sleep(FLOOD_PAUSE_S)
                 assert bytes_heard / took_s <= MOST_BYTES_A_SECOND, what
             # The last name counts, and everybody gets it.
             await asyncio.sleep(1.0)
-            viewers[-1].say(type="name", name="The last")
+            viewers[-1].send(type="name", name="The last")
 
             def knows() -> bool:
                 lines = heard.newest("room")["viewers"]

@@ -124,8 +124,8 @@ def command(sent_s: float, **more: Any) -> Command:
 
 def test_a_command_is_written_with_its_age_and_its_fate(rig: Rig) -> None:
     """Times are ages, so that a reader needs no second clock."""
-    rig.keeper.offered(7, command(99.95), None, 100.0)
-    rig.keeper.offered(8, command(99.0, seen_s=None), Refusal.NOT_YOUR_TURN, 100.0)
+    rig.keeper.command_handled(7, command(99.95), None, 100.0)
+    rig.keeper.command_handled(8, command(99.0, seen_s=None), Refusal.NOT_YOUR_TURN, 100.0)
     counted, refused = rig.writing.of("commanded")
     assert (counted["viewer"], counted["age_ms"], counted["seen_age_ms"]) == (7, 50.0, 150.0)
     assert counted["refused"] is None

@@ -391,7 +391,7 @@ def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.Mon
     assert connected.viewer.link.one_way_s == pytest.approx(0.05)
     calls = connected.room.calls
     streams = connected.viewer.streams
-    monkeypatch.setattr(streams, "moved", lambda: calls.append(("streams", None)))
+    monkeypatch.setattr(streams, "link_changed", lambda: calls.append(("streams", None)))
     monkeypatch.setattr(streams, "keyframe_wanted", lambda one: calls.append(("keyframe", one)))
     calls.clear()
     connected.viewer.moved()
@@ -468,7 +468,7 @@ def test_a_missing_camera_cannot_be_chosen() -> None:
     looked: list[dict[str, Any]] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(LiveService, "cameras", ["Door"])
-        patch.setattr(connected.viewer.streams, "look", lambda **how: looked.append(how))
+        patch.setattr(connected.viewer.streams, "select_cameras", lambda **how: looked.append(how))
         for large in (0, 1, None):
             look = {"type": "look", "large": large, "small": True}
             connected.viewer.received("state", json.dumps(look))

@@ -73,7 +73,7 @@ def test_streams_restart_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> N
     connected = _scene()
     calls: list[str] = []
     streams = connected.viewer.streams
-    monkeypatch.setattr(streams, "moved", lambda: calls.append("anew"))
+    monkeypatch.setattr(streams, "link_changed", lambda: calls.append("anew"))
     monkeypatch.setattr(streams, "keyframe_wanted", lambda _camera: calls.append("keyframe"))
     for _ in range(6000):
         connected.clock.time_s += 0.01

@@ -44,17 +44,17 @@ async def test_one_is_large_and_the_rest_small_and_the_page_is_told() -> None:
     """Each camera is encoded in the size shown, and only while shown."""
     rig = _rig()
     rig.begin()
-    rig.streams.look(large=1, small=True)
+    rig.streams.select_cameras(large=1, small=True)
     await rig.run(3.0)
     assert _wanted(rig) == [[SMALL], [LARGE]]
     assert rig.all(messages.Served)[-1].cameras == [SMALL, LARGE]
-    rig.streams.look(large=None, small=True)
+    rig.streams.select_cameras(large=None, small=True)
     await rig.run(1.0)
     assert _wanted(rig) == [[SMALL], [SMALL]]
-    rig.streams.look(large=None, small=False)
+    rig.streams.select_cameras(large=None, small=False)
     await rig.run(1.0)
     assert _wanted(rig) == [[], []]
-    rig.streams.look(large=0, small=False)
+    rig.streams.select_cameras(large=0, small=False)
     await rig.run(1.0)
     rig.streams.release()
     assert _wanted(rig) == [[], []]
@@ -64,7 +64,7 @@ async def test_who_wants_no_picture_is_sent_none() -> None:
     """With the picture off the cameras are off, too."""
     rig = _rig()
     rig.begin()
-    rig.streams.look(large=0, small=True)
+    rig.streams.select_cameras(large=0, small=True)
     await rig.run(3.0)
     rig.streams.want(sound=True, picture=False, size="640x480", policy=None)
     await rig.run(1.0)
@@ -78,7 +78,7 @@ async def test_the_driving_view_is_what_it_is_without_them(rate_bps: float) -> N
     for cameras in (0, 2):
         rig = _rig(rate_bps, cameras)
         rig.begin()
-        rig.streams.look(large=0 if cameras else None, small=True)
+        rig.streams.select_cameras(large=0 if cameras else None, small=True)
         await rig.run(6.0)
         rig.sizes.clear()
         await rig.run(3.0)
@@ -91,7 +91,7 @@ async def test_a_modem_carries_no_other_camera() -> None:
     """A link that carries one picture carries the driving view."""
     rig = _rig(50e3)
     rig.begin()
-    rig.streams.look(large=0, small=True)
+    rig.streams.select_cameras(large=0, small=True)
     await rig.run(6.0)
     assert rig.streams.status().entry["cameras"] == [None, None]
 
@@ -100,7 +100,7 @@ async def test_a_link_that_narrows_loses_them_first() -> None:
     """On a shrinking link the cameras go first, and the driving view keeps what fits."""
     rig = _rig(8e6)
     rig.begin()
-    rig.streams.look(large=0, small=True)
+    rig.streams.select_cameras(large=0, small=True)
     await rig.run(6.0)
     assert rig.streams.status().entry["cameras"] == [LARGE, SMALL]
     rig.rate_bps = 300e3
@@ -113,7 +113,7 @@ async def test_a_short_upload_goes_to_driving_views() -> None:
     """The robot's upload serves other viewers' driving views before anybody's cameras."""
     rig = _rig(upload_bps=2_000_000)
     rig.begin()
-    rig.streams.look(large=0, small=True)
+    rig.streams.select_cameras(large=0, small=True)
     await rig.run(6.0)
     assert rig.streams.status().entry["cameras"] != [None, None]
     assert rig.streams.status().entry["rendition"] == TOP
@@ -123,7 +123,7 @@ async def test_a_lane_that_lost_its_thread_is_helped() -> None:
     """A camera's lane that dropped pictures requests one keyframe, not one per decision."""
     rig = _rig()
     rig.begin()
-    rig.streams.look(large=0, small=True)
+    rig.streams.select_cameras(large=0, small=True)
     await rig.run(3.0)
     lane: Any = rig.camera_lanes[0]
     lane._shed()

@@ -220,7 +220,7 @@ async def test_another_network_gets_a_fresh_start() -> None:
     assert not rig.lane.is_empty
     rig.asked.clear()
     rig.sizes.clear()
-    rig.streams.moved()
+    rig.streams.link_changed()
     rig._feedback.clear()
     await rig.run(0.05)
     assert rig.asked[0] == rig.sizes[0] == BOTTOM
@@ -235,7 +235,7 @@ async def test_after_a_thin_link_another_network_grows_as_usual() -> None:
     await rig.run(4.0)
     assert rig.streams.status().entry["rendition"] == BOTTOM
     rig.asked.clear()
-    rig.streams.moved()
+    rig.streams.link_changed()
     rig.streams.keyframe_wanted()
     rig.rate_bps = 20e6
     await rig.run(0.05)
@@ -429,7 +429,7 @@ async def test_nothing_to_hold_back_is_zero() -> None:
     """While the sound is at most 80 ms late the operator's picture is shown at once."""
     rig = Rig()
     rig.begin()
-    rig.streams.follow(OPERATOR, drives=True)
+    rig.streams.set_role(OPERATOR, drives=True)
     for _ in range(8):
         rig.report(sound_ms=85.0, picture_ms=10.0)
     assert set(rig.held_ms) == {0.0}
@@ -448,7 +448,7 @@ async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
     if how == "asked":
         rig.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
     else:
-        rig.streams.follow(SyncSettings(policy="video-first"), drives=False)
+        rig.streams.set_role(SyncSettings(policy="video-first"), drives=False)
     assert rig.all(messages.Playout)[-1].policy == "video-first"
     assert rig.held_ms[-1] == 0.0
     await rig.run(1.0)
@@ -464,11 +464,11 @@ async def test_the_operator_may_have_a_rendition_of_their_own() -> None:
     rig.video.start()
     try:
         rig.begin()
-        rig.streams.follow(OPERATOR.model_copy(update={"finer_ladder": True}), drives=True)
+        rig.streams.set_role(OPERATOR.model_copy(update={"finer_ladder": True}), drives=True)
         await rig.run(6.0)
         assert rig.sizes[-1] not in shared
         assert rig.video.wanted == [rig.sizes[-1]]
-        rig.streams.follow(SyncSettings(), drives=False)
+        rig.streams.set_role(SyncSettings(), drives=False)
         await rig.run(2.0)
         assert rig.sizes[-1] in shared
         assert rig.video.names == shared
@@ -481,7 +481,7 @@ async def test_a_wish_outlives_a_change_of_role() -> None:
     rig = Rig()
     rig.begin()
     rig.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
-    rig.streams.follow(OPERATOR, drives=True)
+    rig.streams.set_role(OPERATOR, drives=True)
     assert rig.all(messages.Playout)[-1].policy == "video-first"
     rig.streams.want(sound=True, picture=True, size="640x480", policy=None)
     assert rig.all(messages.Playout)[-1].policy == "audio-master"
@@ -491,7 +491,7 @@ async def test_a_fixed_media_unit_is_kept() -> None:
     """A configured media unit is not changed by the link."""
     rig = Rig()
     rig.begin()
-    rig.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
+    rig.streams.set_role(SyncSettings(audio_mu_ms=120), drives=False)
     await rig.run(1.0)
     assert rig.streams.status().entry["sound_mu_ms"] == 120
 

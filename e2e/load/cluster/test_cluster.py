@@ -169,13 +169,13 @@ async def test_the_hosts_acts_reach_the_rooms(serve: Serve, tmp_path: Path) -> N
         others = (await ada.post("/api/seat", {}))["rooms"][0]
         async with watching(mine) as watcher, watching(others) as innocent:
             line = await eve.post("/api/queue", {"wants": "join"})
-            host.say(type="remove", viewer=line["id"], ban=True)
+            host.send(type="remove", viewer=line["id"], ban=True)
             await watcher.leaves()
             for path, body in {"/api/seat": {}, "/api/queue": {"wants": "join"}}.items():
                 with pytest.raises(SignallingError, match=r"403 .*asked you to leave"):
                     await eve.post(path, body)
             assert not innocent.is_out
-            host.say(type="close", closed=True)
+            host.send(type="close", closed=True)
             await innocent.leaves()
             with pytest.raises(SignallingError, match=r"403 .*closed"):
                 await ada.post("/api/seat", {})

@@ -110,7 +110,7 @@ class BaselineStreams:
     def ready(self) -> None:
         self._notify_page()
 
-    def moved(self) -> None:
+    def link_changed(self) -> None:
         """Do nothing: every picture is a keyframe, and acknowledgements measure the new link."""
 
     def want(
@@ -130,10 +130,10 @@ class BaselineStreams:
             self._audio.leave(self._sound_captured)
         self._apply(self._sender.choose(sound=sound, picture=picture, now_s=self._clock.now_s()))
 
-    def look(self, *, large: int | None, small: bool) -> None:
+    def select_cameras(self, *, large: int | None, small: bool) -> None:
         """Do nothing: there is one picture."""
 
-    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
+    def set_role(self, sync: SyncSettings, *, drives: bool) -> None:
         """Do nothing: the baseline is the same for all roles."""
 
     def keyframe_wanted(self, camera: int | None = None) -> None:

@@ -54,12 +54,12 @@ class SourceThread(DeviceThread, Generic[ItemT]):
 
     def _use(self) -> None:
         while not self._stopping.is_set():
-            self._begins()
+            self._mark_busy()
             item = self._source.read()
             self._busy_since_s = None
             if self._stopping.is_set():
                 return
-            self._works()
+            self._mark_working()
             self._sink(item)
 
     def _failed(self, why: str) -> Sentence:

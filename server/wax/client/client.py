@@ -188,7 +188,7 @@ class Client:
 
     # --- what it says -------------------------------------------------------------------------
 
-    def say(self, **message: Any) -> None:
+    def send(self, **message: Any) -> None:
         """Send any message on the state channel."""
         self.state.send(json.dumps(message))
 
@@ -252,10 +252,10 @@ class Client:
 
     def _greet(self) -> None:
         if self._name is not None:
-            self.say(type="name", name=self._name)
+            self.send(type="name", name=self._name)
         sizes = self.newest("hello")["sizes"]
         size = self._size if self._size in sizes else sizes[0]
-        self.say(type="want", **self._wants, size=size, policy=None)
+        self.send(type="want", **self._wants, size=size, policy=None)
 
     def _start(self, work: Any, name: str) -> None:
         self._tasks.append(asyncio.create_task(work, name=name))
@@ -294,7 +294,7 @@ class Client:
 
     def _receipt(self, kind: Kind, rtp: int) -> None:
         if self.state.readyState == "open":
-            self.say(type="received", kind=kind, rtp=rtp)
+            self.send(type="received", kind=kind, rtp=rtp)
 
     def _heard(self, data: str | bytes) -> None:
         message: dict[str, Any] = json.loads(data)

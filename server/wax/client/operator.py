@@ -94,12 +94,12 @@ class Operator(Client):
 
     async def join(self) -> None:
         """Ask for a turn and wait for it; raises `TimeoutError`."""
-        self.say(type="join")
+        self.send(type="join")
         await self.gets_turn()
 
     async def leave(self) -> None:
         """Leave the turn and wait for its end; raises `TimeoutError`."""
-        self.say(type="leave")
+        self.send(type="leave")
         if not await self.until(lambda: not self.has_turn):
             raise TimeoutError("the turn does not end")
 
@@ -156,7 +156,7 @@ class Operator(Client):
 
     def release(self, stop: int) -> None:
         """Release this stop on the state channel."""
-        self.say(type="release", stop=stop, sent_server_ms=self.server_ms(), beat=self.beat)
+        self.send(type="release", stop=stop, sent_server_ms=self.server_ms(), beat=self.beat)
 
     # --- inside -------------------------------------------------------------------------------
 

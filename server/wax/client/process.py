@@ -89,7 +89,7 @@ class OrderedOperator:
         match order:
             case "join" | "leave" | "stop":
                 if operator.is_open:
-                    operator.say(type=order)
+                    operator.send(type=order)
             case "neutral":
                 operator.let_go()
             case "drive":

@@ -58,7 +58,7 @@ class FeedbackSampling:
         """Whether only samples are marked, so that feedback may take long."""
         return self._every_s > 0
 
-    def follow(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
+    def choose_interval(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
         """Choose the interval for this link; with `full_feedback`, only a thin link is sampled."""
         if estimate.state != "steady":
             self._every_s = 0.0  # every packet must be reported

@@ -189,5 +189,5 @@ class SenderSideControl(CongestionControl):
         estimate = self.estimate(now_s)
         self._pacer.rate_bps = estimate.rate_bps
         self._pacer.drain(estimate.queue_ms, now_s)
-        self._sampling.follow(estimate, full_feedback=self.full_feedback)
+        self._sampling.choose_interval(estimate, full_feedback=self.full_feedback)
         self._on_news(estimate, now_s)

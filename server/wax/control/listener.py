@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 class Listener(Protocol):
     """Called once the robot has its set-point; returns at once, never raises, never calls back."""
 
-    def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
+    def command_handled(
+        self, viewer: int, command: Command, refusal: Refusal | None, now_s: float
+    ) -> None:
         """Receive a command that has arrived, and why the gate refused it, if it did."""
         ...
 
@@ -26,7 +28,7 @@ class Listener(Protocol):
 class NoListener:
     """A listener that ignores everything."""
 
-    def offered(
+    def command_handled(
         self, viewer: int, command: Command, refusal: Refusal | None, now_s: float
     ) -> None: ...
 

@@ -151,7 +151,7 @@ class ControlLoop:
         after_s = now_s - self._steered_s
         setpoint = ramp.step(self._target, self._safe_driver.twist, after_s, self._rules)
         self._safe_driver.tell_passenger(is_operated=self._is_operated(turn))
-        self._safe_driver.expect(self._target.valid_until_s)
+        self._safe_driver.set_deadline(self._target.valid_until_s)
         failure = self._safe_driver.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if self._gate.command is None:
@@ -263,7 +263,7 @@ class ControlLoop:
         self._controls.reset_viewer(viewer)
         self._handle_events(self._turns.gone(viewer, now_s), now_s)
 
-    def offer(self, viewer: int, command: Command) -> Refusal | None:
+    def handle_command(self, viewer: int, command: Command) -> Refusal | None:
         """Handle a command that has just arrived; a changed set-point is sent at once."""
         now_s = self._clock.now_s()
         turn = self._turn()
@@ -276,7 +276,7 @@ class ControlLoop:
             self._turns.record_motion(viewer, now_s)
         if refusal is None and self._changes_setpoint(turn, now_s):
             self._send_soon(now_s)
-        self._listener.offered(viewer, command, refusal, now_s)
+        self._listener.command_handled(viewer, command, refusal, now_s)
         return refusal
 
     def operate(

@@ -107,10 +107,10 @@ class SafeDriver:
         if self._passenger is not None:
             self._passenger.tell_passenger(is_operated=is_operated)
 
-    def expect(self, end_s: float) -> None:
+    def set_deadline(self, end_s: float) -> None:
         """Tell a driver with a clock of its own when the next set-point's command expires."""
         if self._timed is not None:
-            self._timed.expect(end_s)
+            self._timed.set_deadline(end_s)
 
     def changes_axes(self, axes: Mapping[str, float]) -> bool:
         """Whether any axis would get a new position."""

@@ -212,7 +212,7 @@ class HasControls(Protocol):
 class HasDeadline(Protocol):
     """A driver that ends motion by itself when the operator's command expires."""
 
-    def expect(self, end_s: float) -> None:
+    def set_deadline(self, end_s: float) -> None:
         """Learn, before each set-point, the monotonic time at which its command expires.
 
         The time is infinite if no command moves the robot.

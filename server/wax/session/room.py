@@ -319,7 +319,7 @@ class Room:
             self._stops.release(viewer, release.stop, sent_s, is_host=viewer.visitor.is_host)
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
-        self._control.offer(viewer.number, command)
+        self._control.handle_command(viewer.number, command)
 
     def viewer_operates(self, viewer: Viewer, asked: Operation) -> Refusal | None:
         refusal = self._control.operate(

@@ -101,7 +101,9 @@ class TapeKeeper:
 
     # --- the control loop's ------------------------------------------------------------------
 
-    def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
+    def command_handled(
+        self, viewer: int, command: Command, refusal: Refusal | None, now_s: float
+    ) -> None:
         with self._contained:
             seen_s = command.seen_s
             self._recorder.event(

@@ -232,7 +232,7 @@ class Viewer:
     def _restart_streams(self, _moved: None) -> None:
         _LOG.info("a viewer goes on from another address", viewer=self.number)
         with self.boundary:
-            self.streams.moved()
+            self.streams.link_changed()
             self.keyframe_wanted()
 
     def closed(self, peer: Peer) -> None:
@@ -323,7 +323,7 @@ class Viewer:
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         """Apply the policy of a new role, without interrupting the streams."""
-        self.streams.follow(sync, drives=drives)
+        self.streams.set_role(sync, drives=drives)
 
     # --- from the page ---------------------------------------------------------------------
 
@@ -475,7 +475,7 @@ class Viewer:
             refusal = Sentence("want.no_camera", {"number": look.large + 1})
             self.send(messages.Notice(text=refusal))
             return
-        self.streams.look(large=look.large, small=look.small)
+        self.streams.select_cameras(large=look.large, small=look.small)
 
     def _received(self, received: messages.Received) -> None:
         if self.peer is not None:

@@ -69,7 +69,7 @@ class SpeakerThread(DeviceThread):
         self._news.set()
 
     def _use(self) -> None:
-        self._works()
+        self._mark_working()
         while not self._stopping.is_set():
             self._news.clear()
             now_s = self._clock.now_s()
@@ -80,9 +80,9 @@ class SpeakerThread(DeviceThread):
             for piece in pieces:
                 if hushed != self._hushed:
                     break
-                self._begins()
+                self._mark_busy()
                 self._speaker.write(piece)
-                self._works()
+                self._mark_working()
                 self._sounded_s = self._clock.now_s()
             if is_idle:
                 self._news.wait(_IDLE_POLL_S)

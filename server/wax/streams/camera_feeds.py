@@ -58,7 +58,7 @@ class CameraFeeds:
             camera.hub.remove(lane)
         self._lanes = []
 
-    def look(self, *, large: int | None, small: bool) -> None:
+    def select(self, *, large: int | None, small: bool) -> None:
         """Select the camera shown large, None for the driving view, and whether others show."""
         self._large, self._is_on = large, small
 

@@ -125,7 +125,7 @@ class Streams(Protocol):
         """Send the page its initial state: the data channels are open."""
         ...
 
-    def moved(self) -> None:
+    def link_changed(self) -> None:
         """Start over, because the browser has changed to an unknown link."""
         ...
 
@@ -136,14 +136,14 @@ class Streams(Protocol):
         """
         ...
 
-    def look(self, *, large: int | None, small: bool) -> None:
+    def select_cameras(self, *, large: int | None, small: bool) -> None:
         """Select a camera to send with its whole ladder, None for none, and the others if `small`.
 
         `large` is a camera's number from 0; the driving view is always sent.
         """
         ...
 
-    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
+    def set_role(self, sync: SyncSettings, *, drives: bool) -> None:
         """Change the policy with the role, without interrupting the streams."""
         ...
 

@@ -137,7 +137,7 @@ class LiveStreams:
         self._is_ready = True
         self._playout.ready()
 
-    def moved(self) -> None:
+    def link_changed(self) -> None:
         self._congestion.reset()
         self._decide_now()
 
@@ -149,11 +149,11 @@ class LiveStreams:
             self._restart_policy()
         self._decide_now()
 
-    def look(self, *, large: int | None, small: bool) -> None:
-        self._cameras.look(large=large, small=small)
+    def select_cameras(self, *, large: int | None, small: bool) -> None:
+        self._cameras.select(large=large, small=small)
         self._decide_now()
 
-    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
+    def set_role(self, sync: SyncSettings, *, drives: bool) -> None:
         self._drives = self._congestion.full_feedback = drives
         self._prioritise()
         if sync is self._role_sync:
@@ -199,7 +199,7 @@ class LiveStreams:
     def _restart_policy(self) -> None:
         """Start another policy, without interrupting the streams."""
         self._allocator = self._make_allocator()
-        self._playout.follow(self._sync)
+        self._playout.change_policy(self._sync)
 
     # --- what is sent ----------------------------------------------------------------------
 

@@ -48,7 +48,7 @@ class PlayoutController:
         self._is_ready = True
         self._retarget(self._policy.start())
 
-    def follow(self, sync: SyncSettings) -> None:
+    def change_policy(self, sync: SyncSettings) -> None:
         """Change the policy; keep what is known about the link."""
         self._policy = make_policy(sync, self._policy.state)
         self._player = sync.player

@@ -53,13 +53,13 @@ def _hear_server(data: bytes) -> None:
     now_s = _BEGAN_S
     for piece in _pieces(data):
         now_s += 0.01
-        dialect.hear(piece, now_s)
+        dialect.receive_data(piece, now_s)
         assert dialect.moving in (None, True, False)
         assert 0 <= dialect.bumpers <= 0xFF
         assert 0 <= (dialect.battery_v or 0.0) < 66
         assert all(isinstance(value, float) for value in dialect.known().values())
         answers = dialect.answers(now_s)
-        said, _ = dialect.say(order, now_s)
+        said, _ = dialect.data_to_send(order, now_s)
         for frame in _read(said, dialect):
             assert answers or isinstance(frame.body, HelloBody | StopBody), f"it said {frame}"
     assert not dialect.answers(now_s + SILENT_AFTER_S)

@@ -46,9 +46,9 @@ def _hear(data: bytes) -> None:
     dialect.hello(now_s)
     for at in range(0, len(data), _PIECE):
         now_s += 0.02
-        dialect.hear(data[at : at + _PIECE], now_s)
+        dialect.receive_data(data[at : at + _PIECE], now_s)
         answers = dialect.answers(now_s)
-        said, due_s = dialect.say(order, now_s)
+        said, due_s = dialect.data_to_send(order, now_s)
         assert due_s > now_s, "it would be asked without a pause"
         assert answers or set(said.split(b"\r")) <= {b"", _STOP}, f"unanswered it said {said!r}"
         assert not answers or b"OK" in data, "it took something else for an answer"

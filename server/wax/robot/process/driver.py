@@ -141,7 +141,7 @@ class ProcessDriver:
         with self._lock:
             self._is_operated = is_operated
 
-    def expect(self, end_s: float) -> None:
+    def set_deadline(self, end_s: float) -> None:
         with self._lock:
             self._end_s = end_s + LATE_S if math.isfinite(end_s) else None
 

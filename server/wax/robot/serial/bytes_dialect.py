@@ -55,7 +55,7 @@ class BytesDialect:
         self._said = (None, self._stop)
         return self._first_stop(now_s)
 
-    def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
+    def data_to_send(self, order: Order, now_s: float) -> tuple[bytes, float]:
         wanted = self._command(order.twist)
         is_new_turn, self._turn = order.turn > self._turn, order.turn
         if is_new_turn and self._moves(self._said) and self._moves(wanted):
@@ -75,7 +75,7 @@ class BytesDialect:
     def farewell(self) -> bytes:
         return bytes([self._stop] * STOP_TIMES)
 
-    def hear(self, data: bytes, now_s: float) -> None:
+    def receive_data(self, data: bytes, now_s: float) -> None:
         """Ignore the data: such boards report nothing."""
 
     def answers(self, _now_s: float, /) -> bool:

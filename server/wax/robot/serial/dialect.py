@@ -17,7 +17,7 @@ class Dialect(Protocol):
         """Begin a connection: reset all state and stop the robot."""
         ...
 
-    def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
+    def data_to_send(self, order: Order, now_s: float) -> tuple[bytes, float]:
         """Return the bytes to write now, often none, and the latest time of the next call."""
         ...
 
@@ -25,7 +25,7 @@ class Dialect(Protocol):
         """Return the bytes that stop the robot, whatever was sent before."""
         ...
 
-    def hear(self, data: bytes, now_s: float) -> None:
+    def receive_data(self, data: bytes, now_s: float) -> None:
         """Handle data from the robot; never raises."""
         ...
 

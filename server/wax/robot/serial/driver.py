@@ -111,12 +111,12 @@ class _SerialConversation:
         with self.lock:
             self._look(now_s)
             order, changes_s = self.setpoints.order(now_s)
-            words, due_s = self._dialect.say(order, now_s)
+            words, due_s = self._dialect.data_to_send(order, now_s)
             return words, min(due_s, changes_s)
 
     def received(self, data: bytes, now_s: float) -> None:
         with self.lock:
-            self._dialect.hear(data, now_s)
+            self._dialect.receive_data(data, now_s)
             self._look(now_s)
 
     def lost(self, problem: DriverError) -> None:

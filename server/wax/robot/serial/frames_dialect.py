@@ -75,7 +75,7 @@ class FramesDialect:
         self._patience_ends_s = now_s + SILENT_AFTER_S
         return self._greet(now_s)
 
-    def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
+    def data_to_send(self, order: Order, now_s: float) -> tuple[bytes, float]:
         if self._answers and self.overdue(now_s):
             return self.hello(now_s), self._again_s
         if now_s < self._again_s and (order == self._said or not self._answers):
@@ -98,7 +98,7 @@ class FramesDialect:
         turn = 0 if self._said is None else self._said.turn
         return self._frame(StopBody(), turn, self._heard_s)
 
-    def hear(self, data: bytes, now_s: float) -> None:
+    def receive_data(self, data: bytes, now_s: float) -> None:
         for frame in self._decoder.feed(data):
             if isinstance(frame.body, ReportBody):
                 self._take(frame.body, frame.time_ms, now_s)

@@ -66,7 +66,7 @@ class TextDialect:
         self._forget(now_s)
         return self._sent(self._flush + self._repeated(self._stop, now_s), now_s)
 
-    def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
+    def data_to_send(self, order: Order, now_s: float) -> tuple[bytes, float]:
         self._now_s = now_s
         if self._has_begun and self.overdue(now_s):
             return self.hello(now_s), self._due_s()
@@ -85,10 +85,10 @@ class TextDialect:
     def farewell(self) -> bytes:
         return self._flush + self._stop * FAREWELLS + self._end
 
-    def hear(self, data: bytes, now_s: float) -> None:
+    def receive_data(self, data: bytes, now_s: float) -> None:
         self._now_s = now_s
         for line in self._lines.feed(data):
-            is_report = self._reports.hear(line, now_s)
+            is_report = self._reports.parse_line(line, now_s)
             if self._answer is not None and self._answer.found(line) is not None:
                 self._answered_s, self._last_strange = now_s, ""
             elif not is_report:

@@ -55,7 +55,7 @@ class Reports:
         self._turned: tuple[bool, float] | None = None
         self._odometry.forget()
 
-    def hear(self, line: str, now_s: float) -> bool:
+    def parse_line(self, line: str, now_s: float) -> bool:
         """Parse a line; return whether it matches a pattern."""
         read = [template.found(line) for template in self._templates]
         # A line may match several patterns, one of which has fewer numbers.
