@@ -118,7 +118,7 @@ def test_a_system_with_the_names_alone_is_no_error(
     "starts",
     [
         lambda: Guard([17]),
-        lambda: StandbyProcess(Ros2Settings.model_validate({}), SystemClock()).look(),
+        lambda: StandbyProcess(Ros2Settings.model_validate({}), SystemClock()).poll(),
     ],
     ids=["guard", "standby"],
 )

@@ -46,7 +46,7 @@ def tell(
     signed: bool = False,
 ) -> list[bool]:
     return [
-        one.hear(HeardMessage(system, component, piece, is_signed=signed), now_s) for piece in news
+        one.handle_message(HeardMessage(system, component, piece, is_signed=signed), now_s) for piece in news
     ]
 
 

@@ -98,7 +98,7 @@ def spoilt(kind: str, path: Path, wrong: Any) -> Any:
 
 def known(kind: str, message: Any) -> dict[str, Any]:
     senses = RosSenses()
-    senses.hear(kind, message, 1.0)
+    senses.handle_message(kind, message, 1.0)
     return {
         "pose": senses.pose(1.0),
         "moving": senses.moving(1.0),
@@ -150,7 +150,7 @@ def test_what_stops_and_is_not_told_holds_with_its_name(name: str, wrong: Any) -
     """The link stays; only the gauge that needs the missing number holds the robot."""
     talk = Ros2Conversation(ros2_settings(0).own(Ros2Settings), Limits(0.5, 1.0))
     talk.judged(None, alone=True)
-    talk.hear("battery", spoilt("battery", (name,), wrong), 1.0)
+    talk.handle_message("battery", spoilt("battery", (name,), wrong), 1.0)
     state = talk.state(1.0)
     assert (state.connected, state.epoch) == (True, 1)
     for gauge, needs in (("battery_v", "voltage"), ("battery_fraction", "percentage")):
@@ -191,9 +191,9 @@ def test_a_bumper_that_is_not_said_which_is_pressed(wrong: Any) -> None:
     """Of a press without its place it is known that it is one, and when it ends."""
     senses = RosSenses()
     event = {} if wrong is REMOVED else {"bumper": wrong}
-    senses.hear("bumper", SimpleNamespace(**event, state=1), 1.0)
+    senses.handle_message("bumper", SimpleNamespace(**event, state=1), 1.0)
     assert senses.bumpers
-    senses.hear("bumper", SimpleNamespace(**event, state=0), 1.0)
+    senses.handle_message("bumper", SimpleNamespace(**event, state=0), 1.0)
     assert senses.bumpers == 0
 
 

@@ -148,26 +148,26 @@ def test_a_standby_is_silent_while_the_driver_speaks() -> None:
     """A driver that says it owes standstill, and goes on saying so, is not spoken for."""
     it = rules()
     for step in range(100):
-        it.hear(OWES, step * 0.05)
+        it.handle_reports(OWES, step * 0.05)
         assert not it.next(step * 0.05 + 0.049)[0]
 
 
 def test_a_standby_speaks_for_a_silent_driver_until_it_is_back() -> None:
     """Silence of a driver that owes standstill is taken as its death; its word ends that."""
     it = rules()
-    it.hear(OWES, 1.0)
+    it.handle_reports(OWES, 1.0)
     assert it.next(1.05) == (False, 1.0 + SILENCE_S)
     said = [step for step in range(1000) if it.next(1.0 + SILENCE_S + step * STEP_S)[0]]
     assert said[0] == 0
     assert len(said) in range(49, 52)
-    it.hear(OWES, 2.2)
+    it.handle_reports(OWES, 2.2)
     assert not it.next(2.21)[0]
 
 
 def test_a_standby_rests_while_the_robot_stands() -> None:
     """A driver that owes nothing may be silent; only its end is answered."""
     it = rules()
-    it.hear(OWES + RESTS, 1.0)
+    it.handle_reports(OWES + RESTS, 1.0)
     assert it.next(50.0) == (False, math.inf)
     it.ended(60.0)
     assert it.next(60.0)[0]

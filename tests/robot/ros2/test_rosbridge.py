@@ -257,7 +257,7 @@ def test_its_address_is_asked_for_as_written_and_shown_without_a_password(bridge
 
 
 @pytest.mark.system
-@pytest.mark.parametrize("method", ["questions", "hear"])
+@pytest.mark.parametrize("method", ["questions", "handle_answer"])
 def test_an_unexpected_error_of_the_link_is_its_failure(
     bridge: Bridge, monkeypatch: pytest.MonkeyPatch, method: str
 ) -> None:
@@ -452,9 +452,9 @@ def test_each_answer_of_rosapi_counts_for_itself() -> None:
     """Without the type, who takes the commands is known, and nobody is said to be of another."""
     graph = RosbridgeGraph("/cmd_vel", "/bridge")
     assert len(list(graph.questions(0.0))) == 3
-    graph.hear(protocol.ServiceAnswer("wax:topic_type", None), 0.0)
-    graph.hear(protocol.ServiceAnswer("wax:publishers", None), 0.0)
-    graph.hear(
+    graph.handle_answer(protocol.ServiceAnswer("wax:topic_type", None), 0.0)
+    graph.handle_answer(protocol.ServiceAnswer("wax:publishers", None), 0.0)
+    graph.handle_answer(
         protocol.ServiceAnswer("wax:subscribers", SimpleNamespace(subscribers=[None, "/base", 7])),
         0.0,
     )

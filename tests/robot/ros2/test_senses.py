@@ -50,7 +50,7 @@ def test_a_heading_is_read_off_the_quaternion(degrees: float, heading: float) ->
     """Turned to the left is positive, from the x axis."""
     senses = RosSenses()
     half = math.radians(degrees) / 2
-    senses.hear("odometry", odometry(z=math.sin(half), w=math.cos(half)), 1.0)
+    senses.handle_message("odometry", odometry(z=math.sin(half), w=math.cos(half)), 1.0)
     pose = senses.pose(1.0)
     assert isinstance(pose, Pose)
     assert pose.heading_rad == pytest.approx(heading)
@@ -63,14 +63,14 @@ def test_a_heading_is_read_off_the_quaternion(degrees: float, heading: float) ->
 def test_motion_is_more_than_noise(v: float, turning: float, moves: bool) -> None:
     """A standing robot's odometry is never quite zero."""
     senses = RosSenses()
-    senses.hear("odometry", odometry(v=v, turning=turning), 1.0)
+    senses.handle_message("odometry", odometry(v=v, turning=turning), 1.0)
     assert senses.moving(1.0) is moves
 
 
 def test_old_odometry_says_nothing() -> None:
     """A robot that has gone silent is neither moving nor standing."""
     senses = RosSenses()
-    senses.hear("odometry", odometry(v=1.0), 1.0)
+    senses.handle_message("odometry", odometry(v=1.0), 1.0)
     assert senses.moving(1.0 + ODOMETRY_S) is None
     assert senses.pose(1.0 + ODOMETRY_S) is None
 
@@ -89,17 +89,17 @@ def test_a_battery_may_not_know(
 ) -> None:
     """NaN is not known; percents are taken as the share that the message asks for."""
     senses = RosSenses()
-    senses.hear("battery", message({"voltage": voltage, "percentage": percentage}), 1.0)
+    senses.handle_message("battery", message({"voltage": voltage, "percentage": percentage}), 1.0)
     assert (senses.battery_v, senses.battery_fraction) == (volts, share)
 
 
 def test_each_bumper_has_its_bit() -> None:
     """Where bumpers are told apart, one that is released leaves the other pressed."""
     senses = RosSenses()
-    senses.hear("bumper", message({"bumper": 0, "state": 1}), 1.0)
-    senses.hear("bumper", message({"bumper": 2, "state": 1}), 1.0)
+    senses.handle_message("bumper", message({"bumper": 0, "state": 1}), 1.0)
+    senses.handle_message("bumper", message({"bumper": 2, "state": 1}), 1.0)
     assert senses.bumpers == 0b101
-    senses.hear("bumper", message({"bumper": 0, "state": 0}), 1.0)
+    senses.handle_message("bumper", message({"bumper": 0, "state": 0}), 1.0)
     assert senses.bumpers == 0b100
 
 
@@ -107,18 +107,18 @@ def test_each_bumper_has_its_bit() -> None:
 def test_an_error_is_a_fault(level: object) -> None:
     """An ERROR is a fault however the octet is written, until its part says something else."""
     senses = RosSenses()
-    senses.hear("diagnostics", status(level), 1.0)
+    senses.handle_message("diagnostics", status(level), 1.0)
     assert senses.fault(1.0) == "motors: hot"
-    senses.hear("diagnostics", status(0, "other"), 1.0)
+    senses.handle_message("diagnostics", status(0, "other"), 1.0)
     assert senses.fault(1.0) == "motors: hot"
-    senses.hear("diagnostics", status(1), 1.0)
+    senses.handle_message("diagnostics", status(1), 1.0)
     assert senses.fault(1.0) is None
 
 
 def test_a_fault_that_nobody_repeats_is_over() -> None:
     """Whoever told of a fault and has ended keeps nobody from driving."""
     senses = RosSenses()
-    senses.hear("diagnostics", status(2), 1.0)
+    senses.handle_message("diagnostics", status(2), 1.0)
     assert senses.fault(1.0 + FAULT_S - 0.1)
     assert senses.fault(1.0 + FAULT_S) is None
 
@@ -127,7 +127,7 @@ def test_faults_do_not_pile_up() -> None:
     """A thousand parts that fail are not all remembered."""
     senses = RosSenses()
     for number in range(1000):
-        senses.hear("diagnostics", status(2, f"part {number}", "x" * 10_000), 1.0)
+        senses.handle_message("diagnostics", status(2, f"part {number}", "x" * 10_000), 1.0)
     fault = senses.fault(1.0)
     assert fault is not None
     assert len(fault) <= 200
@@ -159,7 +159,7 @@ JSON = st.recursive(
 def test_what_is_no_message_never_raises(kind: str, values: object) -> None:
     """Whatever comes as JSON, the state stays whole."""
     senses = RosSenses()
-    senses.hear(kind, message(values), 1.0)
+    senses.handle_message(kind, message(values), 1.0)
     assert senses.pose(1.0) is None or senses.moving(1.0) is not None
     assert 0 <= senses.bumpers <= 255
     assert senses.battery_fraction is None or 0.0 <= senses.battery_fraction <= 1.0
@@ -169,7 +169,7 @@ def test_what_is_no_message_never_raises(kind: str, values: object) -> None:
 def test_what_is_no_message_is_counted() -> None:
     """Odometry of infinite places changes nothing, and is counted."""
     senses = RosSenses()
-    senses.hear("odometry", odometry(z=float("inf")), 1.0)
+    senses.handle_message("odometry", odometry(z=float("inf")), 1.0)
     assert senses.pose(1.0) is None
     assert senses.invalid == 1
 
@@ -183,12 +183,12 @@ def test_words_that_are_a_tree_are_counted(levels: int, where: str, fault: str) 
         tree = SimpleNamespace(inner=tree)
     error = SimpleNamespace(**{"level": 2, "name": "motors", "message": "hot", where: tree})
     senses = RosSenses()
-    senses.hear("diagnostics", SimpleNamespace(status=[error]), 1.0)
+    senses.handle_message("diagnostics", SimpleNamespace(status=[error]), 1.0)
     assert (senses.fault(1.0), senses.invalid) == (fault, 1)
 
 
 def test_an_octet_of_nothing_is_counted() -> None:
     """A level of no octet does not raise."""
     senses = RosSenses()
-    senses.hear("diagnostics", status(""), 1.0)
+    senses.handle_message("diagnostics", status(""), 1.0)
     assert (senses.fault(1.0), senses.invalid) == (None, 1)

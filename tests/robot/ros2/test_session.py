@@ -94,10 +94,10 @@ class FakeStandby:
         self.told_before = len(self._link.told)
         return 0.0
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Find nothing wrong."""
 
-    def tell(self, *, owes: bool) -> None:
+    def report(self, *, owes: bool) -> None:
         self.told.append((owes, len(self._link.told)))
         if self.freezes and owes:
             self.freezes = False

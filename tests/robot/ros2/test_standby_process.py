@@ -78,7 +78,7 @@ def play(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., StandbyProce
 
 def until(standby: StandbyProcess, said: Sentence | None, within_s: float = 10.0) -> None:
     end_s = time.monotonic() + within_s
-    while standby.look() != said:
+    while standby.poll() != said:
         assert time.monotonic() < end_s
         time.sleep(0.02)
 
@@ -109,9 +109,9 @@ def test_one_that_ends_at_once_is_no_error(
     real = subprocess.Popen
     monkeypatch.setattr(subprocess, "Popen", ended)
     standby = play("")
-    assert standby.look() == STARTS
-    standby.tell(owes=True)
-    assert standby.look() == STARTS
+    assert standby.poll() == STARTS
+    standby.report(owes=True)
+    assert standby.poll() == STARTS
 
 
 def test_one_that_freezes_is_noticed_and_another_started(
@@ -123,11 +123,11 @@ def test_one_that_freezes_is_noticed_and_another_started(
     frozen = ready(standby)
     os.kill(frozen.pid, signal.SIGSTOP)
     os.waitpid(frozen.pid, os.WUNTRACED)
-    assert standby.look() is None
+    assert standby.poll() is None
     clock.time_s += 0.99
-    assert standby.look() is None
+    assert standby.poll() is None
     clock.time_s += 0.02
-    assert standby.look() == STARTS
+    assert standby.poll() == STARTS
     assert (standby.guid, standby.guids) == ("", {"me"})
     assert frozen.wait(5) == -signal.SIGKILL
     until(standby, None)
@@ -144,7 +144,7 @@ def test_one_that_has_died_is_told_before_another_starts(
     process.kill()
     process.wait(5)
     clock.time_s += 5.0
-    assert standby.look() == STARTS
+    assert standby.poll() == STARTS
     assert standby._process is None
     until(standby, None)
 
@@ -159,7 +159,7 @@ def test_its_words_that_waited_are_read_before_its_silence_is_judged(
     assert process.stdout is not None
     assert select.select([process.stdout], [], [], 10.0)[0]
     clock.time_s += 5.0
-    assert standby.look() is None
+    assert standby.poll() is None
     assert standby._process is process
 
 
@@ -168,34 +168,34 @@ def test_one_that_connects_has_longer(play: Callable[..., StandbyProcess], progr
     """Before it reaches somebody it may take 20 s and the pause between two attempts."""
     clock = TurnedClock(100.0)
     standby = play(program, clock)
-    assert standby.look() == STARTS
+    assert standby.poll() == STARTS
     process = standby._process
     assert process is not None
     if program == _LOSES:
         end_s = time.monotonic() + 10.0
         while not standby.guid:
             assert time.monotonic() < end_s
-            standby.look()
+            standby.poll()
     clock.time_s += 22.9
-    assert standby.look() == STARTS
+    assert standby.poll() == STARTS
     assert standby._process is process
     clock.time_s += 0.2
-    assert standby.look() == STARTS
+    assert standby.poll() == STARTS
     assert process.wait(5) == -signal.SIGKILL
-    standby.look()
+    standby.poll()
     assert standby._process not in (None, process)
 
 
 def test_it_is_known_when_it_speaks(play: Callable[..., StandbyProcess]) -> None:
     """It does so 0.12 s after the driver's last word, if that was not that the robot stands."""
     standby = play(_LIVES, TurnedClock(100.0))
-    standby.look()
+    standby.poll()
     assert standby.speaks_at_s == math.inf
-    standby.tell(owes=True)
+    standby.report(owes=True)
     assert standby.speaks_at_s == 100.0 + SILENCE_S
-    standby.tell(owes=False)
+    standby.report(owes=False)
     assert standby.speaks_at_s == math.inf
-    standby.tell(owes=True)
+    standby.report(owes=True)
     standby.leave()
     assert standby.speaks_at_s == math.inf
 
@@ -205,5 +205,5 @@ def test_one_that_reads_nothing_blocks_nobody(play: Callable[..., StandbyProcess
     standby = play(_LIVES)
     until(standby, None)
     for _ in range(70_000):
-        standby.tell(owes=True)
-    assert standby.look() is None
+        standby.report(owes=True)
+    assert standby.poll() is None

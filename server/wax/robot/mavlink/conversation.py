@@ -137,7 +137,7 @@ class Conversation:
         """Handle received bytes; return whether any are from the rover."""
         with self._lock:
             was_there = self._rover.answers(now_s)
-            heard = [self._rover.hear(heard, now_s) for heard in self._codec.feed(data)]
+            heard = [self._rover.handle_message(heard, now_s) for heard in self._codec.feed(data)]
             if self._rover.restarted:
                 self._disconnect(None)
                 self._begin(now_s)

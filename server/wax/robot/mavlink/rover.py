@@ -92,7 +92,7 @@ class Rover:
         self._signs = False
         self.restarted = False
 
-    def hear(self, heard: HeardMessage, now_s: float) -> bool:
+    def handle_message(self, heard: HeardMessage, now_s: float) -> bool:
         """Handle a message; return whether it came from the rover's autopilot."""
         news = heard.news
         if heard.system == self._settings.own_system:

@@ -63,9 +63,9 @@ class Ros2Conversation:
         with self._lock:
             return self._pace.owes(now_s)
 
-    def hear(self, kind: str, message: Any, now_s: float) -> None:
+    def handle_message(self, kind: str, message: Any, now_s: float) -> None:
         with self._lock:
-            self._senses.hear(kind, message, now_s)
+            self._senses.handle_message(kind, message, now_s)
 
     def judged(self, verdict: Sentence | None, *, alone: bool) -> None:
         """Set why the robot cannot be driven, None if it can, and whether we publish alone."""

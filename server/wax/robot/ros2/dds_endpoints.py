@@ -38,7 +38,7 @@ class Endpoints:
         self._known: dict[str, Endpoint] = {}
         self._services: dict[str, tuple[str, str]] = {}
 
-    def look(self) -> tuple[Endpoint, ...]:
+    def read(self) -> tuple[Endpoint, ...]:
         """Read the changes and return the present endpoints."""
         while news := self._reader.read(_AT_ONCE, self._news):
             for found in news:

@@ -112,13 +112,13 @@ class DdsLink:
         with told(self._settings):
             writer = self._writer
             matched = None if writer is None else len(writer.get_matched_subscriptions())
-            subscribers, publishers = self._subscribers.look(), self._publishers.look()
+            subscribers, publishers = self._subscribers.read(), self._publishers.read()
             return Traffic(subscribers, publishers, matched, self._timeout_s())
 
     def _timeout_s(self) -> float | None:
         if self._writer is None:
             return None
-        return self._timeouts.look(self._subscribers.parameter_services(), self._clock.now_s())
+        return self._timeouts.poll(self._subscribers.parameter_services(), self._clock.now_s())
 
     def close(self) -> None:
         if self._is_closed:

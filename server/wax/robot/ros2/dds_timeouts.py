@@ -23,7 +23,7 @@ MAX_NODES: Final = 16
 
 
 class ReceiverTimeouts:
-    """Asks one node after the other for one name after the other, one step per `look`."""
+    """Asks one node after the other for one name after the other, one step per `poll`."""
 
     def __init__(self, member: DomainParticipant) -> None:
         self._member = member
@@ -35,7 +35,7 @@ class ReceiverTimeouts:
         self._until_s = math.inf
         self._is_asked = False
 
-    def look(self, nodes: Mapping[str, str], now_s: float) -> float | None:
+    def poll(self, nodes: Mapping[str, str], now_s: float) -> float | None:
         """Return the longest timeout of these nodes, 0 if one never stops, None if none is known.
 
         `nodes` has the identifier of each node's service.

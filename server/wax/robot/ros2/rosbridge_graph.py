@@ -39,7 +39,7 @@ class RosbridgeGraph:
             for name in _QUESTIONS:
                 yield call(f"{CALLS}{name}", f"/rosapi/{name}", topic=self._topic)
 
-    def hear(self, answer: ServiceAnswer, now_s: float) -> None:
+    def handle_answer(self, answer: ServiceAnswer, now_s: float) -> None:
         """Handle an answer; an empty one, as without rosapi, is ignored."""
         name = answer.call.removeprefix(CALLS)
         if name in _QUESTIONS and answer.values is not None:

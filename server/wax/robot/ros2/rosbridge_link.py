@@ -216,7 +216,7 @@ class RosbridgeLink:
                 if want is not None:
                     self._heard.setdefault(want.kind, deque(maxlen=_KEPT)).append(heard.message)
             case protocol.ServiceAnswer():
-                self._graph.hear(heard, self._clock.now_s())
+                self._graph.handle_answer(heard, self._clock.now_s())
             case protocol.Complaint() if self._publishes and heard.is_harmless:
                 self._note(heard)
             case protocol.Complaint():

@@ -50,7 +50,7 @@ class RosSenses:
         self.invalid = 0
         self._is_strange = False
 
-    def hear(self, kind: str, message: Any, now_s: float) -> None:
+    def handle_message(self, kind: str, message: Any, now_s: float) -> None:
         """Handle a message of ``odometry``, ``battery``, ``bumper`` or ``diagnostics``.
 
         Each member counts by itself: a missing or invalid one does not affect the others. Messages

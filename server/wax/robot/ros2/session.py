@@ -137,7 +137,7 @@ class Session:
         owes = self._talk.owes(now_s)
         if self._standby is not None and (twist is not None or owes != self._owed):
             # Tell the standby first: frozen right after sending motion, we could not.
-            self._standby.tell(owes=owes)
+            self._standby.report(owes=owes)
             self._owed = owes
         if twist is not None:
             if self._clock.now_s() - now_s >= SILENCE_S:  # frozen meanwhile, as above
@@ -148,7 +148,7 @@ class Session:
 
     def _judge(self, link: Link) -> None:
         """Check whether the robot can be driven, and who else is on the topic."""
-        waits = None if self._standby is None else self._standby.look()
+        waits = None if self._standby is None else self._standby.poll()
         ours = {link.guid} if self._standby is None else {link.guid, *self._standby.guids}
         traffic = link.traffic()
         kind = command_type(self._settings)
@@ -213,7 +213,7 @@ class Session:
         try:
             while self._is_open:
                 for kind, message in link.take(LISTEN_S):
-                    self._talk.hear(kind, message, self._clock.now_s())
+                    self._talk.handle_message(kind, message, self._clock.now_s())
         except DriverError as error:
             self._give_up(error)
         except Exception:

@@ -92,7 +92,7 @@ class Standby:
             return
         words = os.read(self._reader, READ_BYTES)
         if words:
-            self._rules.hear(words, self._clock.now_s())
+            self._rules.handle_reports(words, self._clock.now_s())
         else:
             self._is_over = True
             self._rules.ended(self._clock.now_s())

@@ -56,7 +56,7 @@ class StandbyProcess:
         """Whether it could stop the robot, according to its last report."""
         return bool(self.guid) and self._reaches != 0
 
-    def look(self) -> Sentence | None:
+    def poll(self) -> Sentence | None:
         """Start it if it does not run; return why it could not stop the robot, if so."""
         if self._process is not None and self._process.poll() is not None:
             self.leave()  # the next check starts another; sending standstill comes first
@@ -66,7 +66,7 @@ class StandbyProcess:
         self._end_if_mute()
         return None if self.is_ready else STARTS
 
-    def tell(self, *, owes: bool) -> None:
+    def report(self, *, owes: bool) -> None:
         """Report, with each message to the robot, whether it would need standstill if we froze."""
         if self._process is None or self._process.stdin is None:
             return

@@ -34,7 +34,7 @@ class StandbyRules:
         self._ends_s = math.inf
         self._next_s = -math.inf
 
-    def hear(self, words: bytes, now_s: float) -> None:
+    def handle_reports(self, words: bytes, now_s: float) -> None:
         """Handle the driver's messages; only the last one counts."""
         self._silent_at_s = now_s + SILENCE_S if words[-1:] == OWES else math.inf
 
