@@ -162,7 +162,7 @@ class _Rover:
 
     def news(self) -> Iterator[dict[str, Any]]:
         assert self._rover is not None
-        for event in self._rover.news():
+        for event in self._rover.new_events():
             at_s = event["t"] - self._ahead_s
             twist = as_twist(event)
             if twist is not None:
@@ -173,7 +173,7 @@ class _Rover:
 
     async def tell(self, *words: str) -> None:
         assert self._rover is not None
-        self._rover.tell(*words)
+        self._rover.command(*words)
 
     async def stop(self) -> None:
         rover, self._rover = self._rover, None

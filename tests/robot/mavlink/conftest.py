@@ -36,14 +36,14 @@ class Rig:
         self._all: list[Driver | Rover] = []
 
     def rover(self, **options: Any) -> Rover:
-        """Start one that may be driven in GUIDED, unless it is to be otherwise."""
+        """Start a rover, by default in GUIDED and armed."""
         usual: dict[str, Any] = {"address": self.there, "mode": "guided", "armed": True}
         rover = Rover(**usual | options)
         self._all.append(rover)
         return rover
 
     def driver(self, **mavlink: Any) -> Driver:
-        """Make and open one."""
+        """Make and open a driver."""
         driver = make_driver(settings(**({"url": self.here} | mavlink)), SystemClock())
         self._all.append(driver)
         driver.open()
@@ -80,7 +80,7 @@ def ready(driver: Driver) -> None:
 
 
 def feed(driver: Driver, twist: Twist, for_s: float, turn: int = 1) -> None:
-    """Ask for this fifty times a second."""
+    """Send `twist` 50 times a second."""
     end_s = time.monotonic() + for_s
     while time.monotonic() < end_s:
         driver.apply(twist, turn)
@@ -88,7 +88,7 @@ def feed(driver: Driver, twist: Twist, for_s: float, turn: int = 1) -> None:
 
 
 def drive(driver: Driver, rover: Rover, turn: int = 1) -> None:
-    """Want standstill, then motion, until the rover drives; anew where a machine was too busy."""
+    """Send standstill, then motion, until the rover drives; repeat it on a busy machine."""
     begun_s = time.monotonic()
     anew_s = begun_s
     while not rover.drives:

@@ -1,4 +1,4 @@
-"""The rover at the other end: a program in Rust, by a MAVLink library that is not pymavlink."""
+"""The rover: a program in Rust on another MAVLink library than pymavlink."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ PARAMETERS: Final = {
     "SYSID_MYGCS": 255.0,
 }
 LIMITS: Final = (0.6, 1.5)
-"""Those of the robot's settings, which are the ends of the sticks."""
+"""The limits in the robot's settings: full stick deflection."""
 
 
 @cache
 def build() -> Path:
-    """Build the program; skips where there is no Rust that is new enough."""
+    """Build the program; skip the test without a recent enough Rust."""
     cargo = shutil.which("cargo")
     told = "" if cargo is None else subprocess.check_output([cargo, "--version"], text=True)
     version = re.search(r"(\d+)\.(\d+)", told)
     if cargo is None or version is None or (int(version[1]), int(version[2])) < OLDEST_CARGO:
-        pytest.skip("the rover at the other end is built by cargo 1.88 or newer, which is not here")
+        pytest.skip("the rover is built by cargo 1.88 or newer, which is not installed")
     subprocess.run(
         [cargo, "build", "--quiet", "--locked"],
         cwd=SOURCE,
@@ -56,12 +56,12 @@ def build() -> Path:
 
 
 def wall_s() -> float:
-    """Return the time of day as the rover's log has it."""
+    """Return the wall-clock time, as the rover logs it."""
     return time.time_ns() / 1e9
 
 
 class Rover:
-    """One rover, as a process; what it says is collected as it comes."""
+    """A rover in a process of its own, and the events that it has reported."""
 
     def __init__(
         self,
@@ -93,32 +93,32 @@ class Rover:
         self._taken = 0
         self._thread = threading.Thread(target=self._collect, name="rover", daemon=True)
         self._thread.start()
-        self.tell(f"mode {NAMES[mode]}", *(("arm",) if armed else ()))
+        self.command(f"mode {NAMES[mode]}", *(("arm",) if armed else ()))
 
-    def tell(self, *lines: str) -> None:
-        """Change it by hand, as somebody beside it could."""
+    def command(self, *lines: str) -> None:
+        """Change its state, as a person next to it could."""
         assert self._process.stdin is not None
         for line in lines:
             self._process.stdin.write(f"{line}\n")
         self._process.stdin.flush()
 
     def events(self, *kinds: str) -> list[dict[str, Any]]:
-        """Return what it has said so far, or only this."""
+        """Return its events so far, or those of `kinds`."""
         with self._lock:
             return [event for event in self._events if not kinds or event["event"] in kinds]
 
-    def take(self) -> list[Twist]:
+    def new_setpoints(self) -> list[Twist]:
         """Return the set-points that have reached it since the last call."""
-        return [twist for event in self.news() if (twist := as_twist(event)) is not None]
+        return [twist for event in self.new_events() if (twist := as_twist(event)) is not None]
 
-    def news(self) -> list[dict[str, Any]]:
-        """Return what it has said since the last call."""
+    def new_events(self) -> list[dict[str, Any]]:
+        """Return its events since the last call."""
         with self._lock:
             new, self._taken = self._events[self._taken :], len(self._events)
         return new
 
     def until(self, so: Callable[[], bool], what: str, within_s: float = 5.0) -> None:
-        """Wait until it is so."""
+        """Wait until `so` holds."""
         end_s = time.monotonic() + within_s
         while not so():
             assert time.monotonic() < end_s, (
@@ -128,7 +128,7 @@ class Rover:
 
     @property
     def drives(self) -> bool:
-        """Whether it drives by the newest that it has said."""
+        """Whether it moves, by its newest event."""
         moves = self.events("moves")
         return bool(moves) and (moves[-1]["mps"], moves[-1]["rps"]) != (0.0, 0.0)
 
@@ -149,7 +149,7 @@ class Rover:
 
 
 def as_twist(event: dict[str, Any]) -> Twist | None:
-    """Return the set-point that the rover was told, in our directions; None if it was none."""
+    """Return an event's set-point in our directions; None for other events."""
     match event["event"]:
         case "velocity":
             return Twist(event["vx"], -event["yaw_rate"]) if event["frame"] == 8 else STANDSTILL

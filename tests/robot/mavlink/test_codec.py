@@ -1,4 +1,4 @@
-"""MAVLink's bytes in both directions."""
+"""Encoding and decoding MAVLink."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ KEY = bytes(range(32))
 
 
 class Vehicle:
-    """The other end's messages."""
+    """Encodes a rover's messages."""
 
     def __init__(self, component: int = 1, key: bytes | None = None) -> None:
         self.mav = mavlink.MAVLink(None, srcSystem=1, srcComponent=component)
@@ -33,8 +33,8 @@ def news(data: bytes) -> list[News | None]:
     return [heard.news for heard in Codec(255, 1, None, 0).feed(data)]
 
 
-def test_what_a_rover_tells_is_understood() -> None:
-    """Left is positive here and negative there; what is not measured is None."""
+def test_telemetry_is_decoded() -> None:
+    """Telemetry is decoded with left positive, which is negative in MAVLink."""
     rover = Vehicle()
     assert news(
         rover.says("heartbeat", 10, 3, 128 | 1, 15, 4)
@@ -52,7 +52,7 @@ def test_what_a_rover_tells_is_understood() -> None:
 
 
 def test_a_battery_is_the_sum_of_its_cells() -> None:
-    """Also of more than ten; a second battery is not the main one, what is unknown is none."""
+    """The main battery's voltage sums all cells, even over ten; unknown values are None."""
     rover = Vehicle()
     cells = [4100, 4000, *[0xFFFF] * 8]
     assert news(
@@ -70,8 +70,8 @@ def test_a_battery_is_the_sum_of_its_cells() -> None:
     ]
 
 
-def test_what_is_no_number_takes_nothing_from_the_rest() -> None:
-    """A rover without an estimate sends NaN: beside it the others are told."""
+def test_nan_leaves_the_other_values_intact() -> None:
+    """A rover without an estimate sends NaN, and only that value is unknown."""
     nan, rover = float("nan"), Vehicle()
     assert news(
         rover.says("vfr_hud", 0.0, nan, 0, 0, 0.0, 0.0)
@@ -86,8 +86,8 @@ def test_what_is_no_number_takes_nothing_from_the_rest() -> None:
     ]
 
 
-def test_nothing_is_no_voltage() -> None:
-    """Firmware without a battery monitor sends 0 V, and may know its share all the same."""
+def test_zero_volts_are_unknown() -> None:
+    """Firmware without a battery monitor sends 0 V, but may still know the charge."""
     rover = Vehicle()
     assert news(
         rover.says("battery_status", 0, 0, 0, 0, [0] + [0xFFFF] * 9, -1, -1, -1, 62)
@@ -97,18 +97,18 @@ def test_nothing_is_no_voltage() -> None:
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
 @pytest.mark.parametrize("name", [b"FS_ACTION", b"GUID_TIMEOUT", b"SYSID_MYGCS"])
-def test_a_parameter_that_is_no_number_is_not_told(name: bytes, value: float) -> None:
-    """Nobody can round it, and every comparison with it is false: it would be a promise."""
+def test_a_parameter_that_is_not_finite_is_ignored(name: bytes, value: float) -> None:
+    """It cannot be rounded, and as NaN passes every check, it would count as a promise."""
     assert news(Vehicle().says("param_value", name, value, 9, 1, 1)) == [None]
 
 
 def test_a_gimbals_heartbeat_is_not_the_rovers() -> None:
-    """Only the autopilot's says mode and arming, whoever else has the rover's number."""
+    """Only the autopilot's heartbeat counts, not those of others with its number."""
     assert news(Vehicle(component=154).says("heartbeat", 26, 8, 0, 0, 4)) == [None]
 
 
 def test_only_the_right_key_is_believed() -> None:
-    """Another's signature, or none, is refused and counted."""
+    """A message with another key, or unsigned, is refused and counted."""
     codec = Codec(255, 1, KEY, 1_800_000_000_000)
     beat = ("heartbeat", 10, 3, 128, 15, 4)
     ours, others, nobodys = Vehicle(key=KEY), Vehicle(key=bytes(32)), Vehicle()
@@ -121,8 +121,8 @@ def test_only_the_right_key_is_believed() -> None:
     assert heard.is_signed
 
 
-def test_a_signed_message_is_taken_only_once() -> None:
-    """Who has recorded one cannot play it again."""
+def test_a_signed_message_is_accepted_only_once() -> None:
+    """A recorded message cannot be replayed."""
     codec, rover = Codec(255, 1, KEY, 1_800_000_000_000), Vehicle(key=KEY)
     rover.mav.signing.timestamp = codec._mav.signing.timestamp
     recorded = rover.says("heartbeat", 10, 3, 128, 15, 4)
@@ -132,7 +132,7 @@ def test_a_signed_message_is_taken_only_once() -> None:
 
 @given(st.lists(st.binary(max_size=80), max_size=20), st.integers(0, 24))
 def test_garbage_never_raises_and_is_no_news(pieces: list[bytes], cut: int) -> None:
-    """Whatever comes, in whatever pieces: on a new line a whole heartbeat is understood."""
+    """After any bytes in any pieces, a heartbeat on a new connection is decoded."""
     codec = Codec(255, 1, None, 0)
     beat = Vehicle().says("heartbeat", 10, 3, 128, 15, 4)
     for piece in (*pieces, beat[:cut]):

@@ -1,4 +1,4 @@
-"""What is said to a rover when its line is lost and opened again."""
+"""What is sent to a rover when its line is lost and reopened."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SETTINGS: Final = MavlinkSettings.model_validate({"url": "/dev/radio", "reopen_s
 
 
 def rover(mode: int = 15) -> bytes:
-    """Return what makes a rover ready to be driven, in this mode."""
+    """Return the messages of a rover that is ready to be driven."""
     mav = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
     messages = [mavlink.MAVLink_heartbeat_message(10, 3, 128 | 1, mode, 4, 3)]
     messages += [
@@ -45,7 +45,7 @@ def rover(mode: int = 15) -> bytes:
 
 
 def speeds(words: bytes) -> list[float]:
-    """Return the speeds that are set in there."""
+    """Return the speeds in these messages."""
     heard = mavlink.MAVLink(None).parse_buffer(words) or ()
     kind = mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED
     return [message.vx for message in heard if message.get_msgId() == kind]
@@ -59,7 +59,7 @@ def started(clock: TurnedClock) -> Conversation:
 
 
 def driving(clock: TurnedClock) -> Conversation:
-    """Return one that has just told a rover to drive."""
+    """Return a conversation that has just sent motion."""
     talk = started(clock)
     talk.received(rover(), clock.time_s)
     assert speeds(talk.next(clock.time_s)[0]) == [0.0]
@@ -71,7 +71,7 @@ def driving(clock: TurnedClock) -> Conversation:
 
 
 def test_only_the_first_standstill_after_motion_is_a_stop() -> None:
-    """The next one must not throw away the one before it, which a slow line still has to take."""
+    """A repeated stop must not discard the one before, which a slow line is still sending."""
     clock = TurnedClock()
     talk = driving(clock)
     clock.time_s += 0.02
@@ -86,8 +86,8 @@ def test_only_the_first_standstill_after_motion_is_a_stop() -> None:
         due_s = max(due_s, clock.time_s + 0.02)
 
 
-def test_a_line_that_is_open_again_stops_the_rover_at_once() -> None:
-    """Nothing was heard on it yet; the rover may still follow what it was told last."""
+def test_a_reopened_line_stops_the_rover_at_once() -> None:
+    """A reopened line sends a stop at once, as the rover may still be moving."""
     clock = TurnedClock()
     talk = driving(clock)
     talk.lost(None)
@@ -105,7 +105,7 @@ def test_a_line_that_is_open_again_stops_the_rover_at_once() -> None:
 
 
 def test_a_rover_that_was_never_driven_is_not_disturbed() -> None:
-    """Neither on a first line nor on a later one, nor when it is lost: a person may drive it."""
+    """Without motion, no line sends it a set-point, open or lost: a person may drive it."""
     clock = TurnedClock()
     talk = started(clock)
     for _ in range(2):
@@ -119,7 +119,7 @@ def test_a_rover_that_was_never_driven_is_not_disturbed() -> None:
 
 
 def test_a_person_who_has_taken_the_rover_keeps_it_when_the_line_is_lost() -> None:
-    """Standstill is said for a while after the mode has changed, and no more."""
+    """After the mode has changed, standstill is sent for a while only."""
     clock = TurnedClock()
     talk = driving(clock)
     talk.received(rover(mode=0), clock.time_s)
@@ -129,8 +129,8 @@ def test_a_person_who_has_taken_the_rover_keeps_it_when_the_line_is_lost() -> No
     assert talk.last_words(clock.time_s) == b""
 
 
-def test_a_driver_that_is_opened_anew_says_nothing_before_it_drives() -> None:
-    """It had said farewell, and somebody else may have the rover since."""
+def test_a_reopened_driver_sends_nothing_before_it_drives() -> None:
+    """Since the farewell, somebody else may have taken the rover."""
     clock = TurnedClock()
     talk = driving(clock)
     talk.lost(None)
@@ -140,7 +140,7 @@ def test_a_driver_that_is_opened_anew_says_nothing_before_it_drives() -> None:
 
 
 class Line:
-    """One whose reader can be broken while what is written still arrives."""
+    """A line whose reader can fail while what is written still arrives."""
 
     def __init__(self) -> None:
         self.said = b""
@@ -156,7 +156,7 @@ class Line:
         return hears
 
     def answer(self) -> None:
-        """There is only one."""
+        """Do nothing: there is one peer."""
 
     def write(self, data: bytes) -> None:
         assert not self.closed
@@ -170,10 +170,10 @@ class Line:
         self.closed = True
 
 
-def test_a_stop_overtakes_also_on_a_line_that_can_only_be_written(
+def test_a_stop_is_sent_on_a_line_that_can_only_be_written(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Where its reader is broken, the rover does not wait for its own time-out."""
+    """When the reader fails, the rover gets a stop before its own timeout."""
     lines: list[Line] = []
 
     def open_line(_: MavlinkSettings) -> Line:

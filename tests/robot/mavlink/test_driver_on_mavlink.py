@@ -1,4 +1,4 @@
-"""Driving a rover that an independent MAVLink library speaks for, with its own failsafe."""
+"""Driving a rover on another MAVLink library, with its own failsafe."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ pytestmark = [
     pytest.mark.system,
     pytest.mark.full,
     pytest.mark.timeout(300),
-]  # the first one builds the rover
+]  # the first test builds the rover
 
 KEY = bytes(range(32))
 AHEAD_LEFT = Twist(0.3, 0.5)
 
 
 def stands(rover: Rover, for_s: float = 0.5) -> bool:
-    """Tell whether nothing that moves it reaches the rover for so long."""
-    rover.take()
+    """Return whether no motion reaches the rover for `for_s`."""
+    rover.new_setpoints()
     time.sleep(for_s)
-    return all(twist.is_zero for twist in rover.take())
+    return all(twist.is_zero for twist in rover.new_setpoints())
 
 
-def test_it_tells_what_the_rover_tells(rig: Rig) -> None:
+def test_its_state_comes_from_the_rover(rig: Rig) -> None:
     """Motion, position, battery, mode and the failsafe's time come from the rover itself."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
@@ -74,16 +74,16 @@ def test_it_tells_what_the_rover_tells(rig: Rig) -> None:
 
 
 def test_a_rover_that_is_pushed_moves(rig: Rig) -> None:
-    """What moves without being told to is said to move: it is the rover's speed that counts."""
+    """A rover that moves without a command is reported as moving, by its own speed."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
-    rover.tell("push 0.4")
+    rover.command("push 0.4")
     until(driver, lambda state: state.moving is True)
 
 
 @pytest.mark.parametrize("mode", ["guided", "manual", "acro"])
 def test_left_is_left_and_ahead_is_ahead(rig: Rig, mode: str) -> None:
-    """In each mode the rover drives as it was asked, in the message that the mode obeys."""
+    """In each mode the rover drives as commanded, by the message that the mode obeys."""
     rover, driver = rig.rover(mode=mode), rig.driver(mode=mode)
     ready(driver)
     driver.apply(STANDSTILL, 1)
@@ -91,7 +91,7 @@ def test_left_is_left_and_ahead_is_ahead(rig: Rig, mode: str) -> None:
 
     def is_told_to_move() -> bool:
         feed(driver, AHEAD_LEFT, 0.02)
-        told.extend(twist for twist in rover.take() if not twist.is_zero)
+        told.extend(twist for twist in rover.new_setpoints() if not twist.is_zero)
         return bool(told)
 
     rover.until(is_told_to_move, "is told to move")
@@ -112,20 +112,20 @@ def test_left_is_left_and_ahead_is_ahead(rig: Rig, mode: str) -> None:
 def test_a_rover_in_the_wrong_state_is_left_alone(
     rig: Rig, change: str, undo: str, code: str
 ) -> None:
-    """In another mode or disarmed nothing moves it, and what was held moves nothing after."""
+    """In another mode or disarmed nothing moves it, nor does a held input afterwards."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
     drive(driver, rover)
-    rover.tell(change)
+    rover.command(change)
     sentence = problem(driver, code)
     assert sentence.endswith(("switch it to GUIDED.", "arm it."))
     feed(driver, AHEAD_LEFT, 0.3)
     assert stands(rover)
-    rover.tell(undo)
+    rover.command(undo)
     ready(driver)
-    rover.take()
+    rover.new_setpoints()
     feed(driver, AHEAD_LEFT, 0.5)
-    assert all(twist.is_zero for twist in rover.take())
+    assert all(twist.is_zero for twist in rover.new_setpoints())
     drive(driver, rover)
 
 
@@ -133,19 +133,19 @@ def test_in_another_mode_the_line_is_left_to_others(rig: Rig) -> None:
     """Soon after somebody has switched its mode, the rover gets heartbeats only."""
     rover, driver = rig.rover(mode="manual"), rig.driver(mode="manual")
     ready(driver)
-    rover.tell("mode 4")
+    rover.command("mode 4")
     problem(driver, "mavlink.wrong_mode")
     time.sleep(2.5)
-    rover.take()
+    rover.new_setpoints()
     before = len(rover.events("heartbeat"))
     time.sleep(1.5)
-    assert rover.take() == []
+    assert rover.new_setpoints() == []
     assert len(rover.events("heartbeat")) > before
 
 
 @pytest.mark.alone
-def test_a_stop_is_said_steadily_and_then_goes_on(rig: Rig) -> None:
-    """Zeros come at 20 a second or more for 1.5 s, and then twice a second for ever."""
+def test_a_stop_is_sent_steadily_and_then_repeated(rig: Rig) -> None:
+    """Zeros come at 20 Hz or more for 1.5 s, and then at 2 Hz for ever."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
     drive(driver, rover)
@@ -164,7 +164,7 @@ def test_a_stop_is_said_steadily_and_then_goes_on(rig: Rig) -> None:
 
 
 def test_our_heartbeat_comes_once_a_second(rig: Rig) -> None:
-    """As a ground station's, from our own number, whatever else is said."""
+    """The heartbeat is a ground station's, from our own system number."""
     rover, driver = rig.rover(), rig.driver(own_system=200, failsafe_s=0.0)
     problem(driver, "mavlink.not_ours")
     time.sleep(3.0)
@@ -174,7 +174,7 @@ def test_our_heartbeat_comes_once_a_second(rig: Rig) -> None:
 
 
 def test_a_rover_of_another_ground_station_is_not_driven(rig: Rig) -> None:
-    """Which it would ignore; the sentence names its parameter, as its firmware calls it."""
+    """It would ignore us; the problem names its parameter, as its firmware calls it."""
     rig.rover(SYSID_MYGCS=None, MAV_GCS_SYSID=250.0)
     sentence = problem(rig.driver(), "mavlink.not_ours")
     assert "250" in sentence
@@ -184,8 +184,8 @@ def test_a_rover_of_another_ground_station_is_not_driven(rig: Rig) -> None:
 # --- the failsafe -------------------------------------------------------------------------------
 
 
-def test_a_promise_that_is_demanded_must_be_kept(rig: Rig) -> None:
-    """With failsafe_s nobody drives a rover that would drive on without us, or go home."""
+def test_a_required_failsafe_must_be_enabled(rig: Rig) -> None:
+    """With failsafe_s nobody drives a rover that would drive on without us."""
     rover = rig.rover(mode="manual", FS_GCS_ENABLE=0.0)
     driver = rig.driver(mode="manual", failsafe_s=2.0)
     assert "FS_GCS_ENABLE" in problem(driver, "mavlink.no_failsafe")
@@ -196,8 +196,8 @@ def test_a_promise_that_is_demanded_must_be_kept(rig: Rig) -> None:
     assert driver.state().ttl_s == 0.0
 
 
-def test_a_promise_that_is_too_slow_is_none(rig: Rig) -> None:
-    """The sentence has both times."""
+def test_a_failsafe_that_is_too_slow_is_none(rig: Rig) -> None:
+    """The problem names both times."""
     rig.rover(mode="manual", FS_GCS_TIMEOUT=5.0)
     sentence = problem(rig.driver(mode="manual", failsafe_s=2.0), "mavlink.late_failsafe")
     assert "5.5 s" in sentence
@@ -205,7 +205,7 @@ def test_a_promise_that_is_too_slow_is_none(rig: Rig) -> None:
 
 
 def test_without_a_demand_the_host_is_warned(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:
-    """A rover without a failsafe may be driven where the host demands none, and the log says so."""
+    """A rover without a failsafe may be driven if the host requires none; the log warns."""
     rig.rover(mode="manual", FS_GCS_ENABLE=0.0)
     driver = rig.driver(mode="manual")
     ready(driver)
@@ -216,7 +216,7 @@ def test_without_a_demand_the_host_is_warned(rig: Rig, capsys: pytest.CaptureFix
 @pytest.mark.alone
 @pytest.mark.parametrize(("mode", "why"), [("guided", "guided timeout"), ("manual", "failsafe")])
 def test_the_rover_stops_by_itself_when_the_driver_dies(rig: Rig, mode: str, why: str) -> None:
-    """Killed with its process, the driver says nothing more: the rover stops as it has promised."""
+    """When the driver is killed with its process, the rover stops within its timeout."""
     rover = rig.rover(mode=mode)
     driver = make_robot(settings(url=rig.here, mode=mode, failsafe_s=2.0), SystemClock())
     driver.open()
@@ -225,7 +225,7 @@ def test_the_rover_stops_by_itself_when_the_driver_dies(rig: Rig, mode: str, why
         drive(driver, rover)
         os.kill(int(driver.state().extra["driver_pid"]), signal.SIGKILL)
         killed_s = wall_s()
-        driver.close()  # nor does a new process come
+        driver.close()  # and start no new process
         rover.until(lambda: not rover.drives, "stops")
         last = rover.events("moves")[-1]
         assert last["why"] == why
@@ -235,16 +235,16 @@ def test_the_rover_stops_by_itself_when_the_driver_dies(rig: Rig, mode: str, why
 
 
 def test_a_link_that_is_cut_one_way_stops_the_rover(rig: Rig) -> None:
-    """Deaf, it stops by itself; when it hears again, what is held moves nothing."""
+    """Cut off, it stops by itself; once reconnected, a held input does not move it."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
     drive(driver, rover)
     epoch = driver.state().epoch
-    rover.tell("deaf", "mute")
+    rover.command("deaf", "mute")
     until(driver, lambda state: not state.connected)
     feed(driver, AHEAD_LEFT, 1.0)
     rover.until(lambda: not rover.drives, "stops")
-    rover.tell("hear")
+    rover.command("hear")
     end_s = time.monotonic() + 5.0
     while not (state := driver.state()).connected:
         assert time.monotonic() < end_s, state
@@ -255,12 +255,12 @@ def test_a_link_that_is_cut_one_way_stops_the_rover(rig: Rig) -> None:
 
 
 def test_a_rover_that_restarts_is_a_new_one(rig: Rig) -> None:
-    """Its time since power-on tells; its failsafe is read again and it tells its speed again."""
+    """A restart shows in its uptime; failsafe and telemetry are requested again."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
     until(driver, lambda state: state.moving is False and state.pose is not None)
     epoch = driver.state().epoch
-    rover.tell("reboot")
+    rover.command("reboot")
     until(driver, lambda state: state.epoch > epoch)
     ready(driver)
     until(driver, lambda state: state.moving is False)
@@ -271,7 +271,7 @@ def test_a_rover_that_restarts_is_a_new_one(rig: Rig) -> None:
 
 
 def test_only_the_configured_system_is_told(rig: Rig) -> None:
-    """Of two rovers on one line the other one gets nothing, and its state is not ours."""
+    """Of two rovers on one line the other gets nothing, and its state is ignored."""
     other, rover = rig.rover(system=2, mode="hold", armed=False), rig.rover(system=1)
     driver = rig.driver()
     ready(driver)
@@ -282,14 +282,14 @@ def test_only_the_configured_system_is_told(rig: Rig) -> None:
 
 
 def test_the_wrong_number_is_named(rig: Rig) -> None:
-    """Where only another system answers, the sentence says which."""
+    """If only another system answers, the problem names it."""
     rig.rover(system=7)
     sentence = problem(rig.driver(), "mavlink.other_system")
     assert "system 7" in sentence
 
 
 def test_a_second_server_with_our_number_is_noticed(rig: Rig) -> None:
-    """Two ground stations with one number on one line: one sentence, and the rover is still."""
+    """A second ground station with our number is a problem, and the rover is stopped."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
     drive(driver, rover)
@@ -302,7 +302,7 @@ def test_a_second_server_with_our_number_is_noticed(rig: Rig) -> None:
 
 
 def test_two_servers_on_one_port_are_noticed(rig: Rig) -> None:
-    """The second one says so, and takes nothing from the first."""
+    """The second reports it, and the first drives on."""
     rover, first = rig.rover(), rig.driver()
     ready(first)
     assert rig.here in problem(rig.driver(), "mavlink.in_use")
@@ -310,7 +310,7 @@ def test_two_servers_on_one_port_are_noticed(rig: Rig) -> None:
 
 
 def test_garbage_on_the_line_moves_nothing(rig: Rig) -> None:
-    """Random bytes, and broken frames of real ones, are counted; the rover is driven on."""
+    """Random bytes and damaged frames are counted, and the rover is driven on."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
     broken = bytearray(Codec(1, 255, None, 0).heartbeat())
@@ -334,7 +334,7 @@ def key_file(folder: Path, key: bytes = KEY) -> str:
 
 
 def test_signed_messages_are_understood_both_ways(rig: Rig, tmp_path: Path) -> None:
-    """The rover refuses what is not signed; with the same key it drives."""
+    """A rover that requires signatures drives with the same key."""
     rover = rig.rover(key=KEY.hex())
     driver = rig.driver(signing_key=key_file(tmp_path))
     ready(driver)
@@ -343,21 +343,21 @@ def test_signed_messages_are_understood_both_ways(rig: Rig, tmp_path: Path) -> N
 
 
 def test_a_wrong_key_moves_nothing(rig: Rig, tmp_path: Path) -> None:
-    """Neither believes the other; the sentence says what to do."""
+    """Each ignores the other, and the problem says what to do."""
     rover = rig.rover(key=KEY.hex())
     driver = rig.driver(signing_key=key_file(tmp_path, bytes(32)))
     problem(driver, "mavlink.unsigned")
     assert rover.events("velocity", "asked") == []
 
 
-def test_an_unsigned_rover_is_not_believed_where_there_is_a_key(rig: Rig, tmp_path: Path) -> None:
-    """Who can write to the line but has no key cannot pretend to be the rover."""
+def test_an_unsigned_rover_is_refused_if_there_is_a_key(rig: Rig, tmp_path: Path) -> None:
+    """Nobody without the key can pretend to be the rover."""
     rig.rover()
     problem(rig.driver(signing_key=key_file(tmp_path)), "mavlink.unsigned")
 
 
 def test_a_rover_that_signs_needs_our_key(rig: Rig) -> None:
-    """It would ignore us, so that is said."""
+    """It would ignore us: a problem."""
     rig.rover(key=KEY.hex())
     until(rig.driver(), lambda state: "sign" in str(state.problem))
 
@@ -365,8 +365,8 @@ def test_a_rover_that_signs_needs_our_key(rig: Rig) -> None:
 # --- the lines ----------------------------------------------------------------------------------
 
 
-def test_a_tcp_line_is_opened_again(rig: Rig) -> None:
-    """A rover that goes away and comes back is driven again, in a later epoch, from standstill."""
+def test_a_tcp_line_is_reopened(rig: Rig) -> None:
+    """A rover that returns is driven again, in a later epoch, from standstill."""
     port = free_port()
     there = f"tcpin:127.0.0.1:{port}"
     driver = rig.driver(url=f"tcp:127.0.0.1:{port}")
@@ -389,7 +389,7 @@ def test_a_tcp_line_is_opened_again(rig: Rig) -> None:
 
 
 def test_a_udp_line_may_go_out_to_the_rover(rig: Rig) -> None:
-    """A rover, or a router, that listens is found, also when it starts after us."""
+    """A listening rover or router is found, even if it starts after us."""
     driver = rig.driver(url=f"udpout:127.0.0.1:{rig.port}")
     time.sleep(0.3)
     rover = rig.rover(address=f"udpin:127.0.0.1:{rig.port}")
@@ -398,7 +398,7 @@ def test_a_udp_line_may_go_out_to_the_rover(rig: Rig) -> None:
 
 
 def test_a_serial_port_can_be_unplugged(rig: Rig, tmp_path: Path) -> None:
-    """A telemetry radio's port that goes away and comes back is opened again, from standstill."""
+    """A telemetry radio's port is reopened when it returns, from standstill."""
     rover = rig.rover(FS_GCS_TIMEOUT=60.0)
     path = tmp_path / "radio"
     with Radio(path, rig.port):
@@ -416,7 +416,7 @@ def test_a_serial_port_can_be_unplugged(rig: Rig, tmp_path: Path) -> None:
 
 
 class Radio:
-    """A pseudo-terminal that passes on what comes by UDP, as a radio does; `path` is its port."""
+    """A pseudo-terminal at `path` that relays UDP both ways, as a radio does."""
 
     def __init__(self, path: Path, port: int) -> None:
         self.path = path
@@ -476,7 +476,7 @@ class Radio:
 def test_a_set_point_is_on_the_wire_at_once(
     rig: Rig, record_property: Callable[[str, object], None]
 ) -> None:
-    """From the call to the rover's own reading of it takes less than 25 ms, mostly."""
+    """The median from the call to the rover's motion is less than 25 ms."""
     rover, driver = rig.rover(), rig.driver()
     ready(driver)
     took_ms = []
@@ -494,7 +494,7 @@ def test_a_set_point_is_on_the_wire_at_once(
     assert took_ms[50] < 25.0
 
 
-def test_what_it_says_before_it_is_opened(rig: Rig) -> None:
+def test_kind_and_limits_before_it_is_opened(rig: Rig) -> None:
     """Kind and limits come from the configuration alone."""
     driver = make_driver(settings(url=rig.here, failsafe_s=3.0), SystemClock())
     assert (driver.kind, driver.limits.axes, driver.limits.ttl_s) == ("mavlink", (), 3.0)

@@ -32,7 +32,7 @@ GOOD = {"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 5.0, "FS_TIMEOUT": 1.5, "FS_ACTI
 def test_only_what_is_known_to_stop_it_counts(
     known: dict[str, float], is_guided: bool, expected: Promise
 ) -> None:
-    """A failsafe that is off, that drives home, or of which a part is unknown is no promise."""
+    """A failsafe that is off, drives home or is partly unknown promises no stop."""
     assert promise(known, is_guided=is_guided) == expected
 
 
@@ -50,15 +50,15 @@ def test_only_what_is_known_to_stop_it_counts(
         ({}, True, None),
     ],
 )
-def test_what_it_tells_is_told_apart_from_what_it_does_not(
+def test_no_failsafe_differs_from_an_unknown_one(
     known: dict[str, float], is_guided: bool, expected: float | None
 ) -> None:
-    """That it never stops is something else than that nobody knows."""
+    """0 means that it never stops by itself, None that it is unknown."""
     assert told_s(known, promise(known, is_guided=is_guided)) == expected
 
 
-def test_a_demand_is_kept_or_named() -> None:
-    """None is demanded by 0; else what is missing or too slow is a sentence."""
+def test_a_requirement_is_met_or_a_problem() -> None:
+    """0 requires none; otherwise a missing or slow failsafe is a problem."""
     kept = Promise(2.0, goes_home=False)
     assert broken(Promise(None, goes_home=False), 0.0) is None
     assert broken(kept, 2.0) is None
@@ -67,7 +67,7 @@ def test_a_demand_is_kept_or_named() -> None:
 
 
 def test_warnings_name_the_parameters() -> None:
-    """One for each of what the host should know, none for a rover that stops."""
+    """Each dangerous setting gets a warning, a rover that stops gets none."""
     assert warnings(Promise(2.0, goes_home=False)) == []
     one, two = warnings(Promise(None, goes_home=True))
     assert "FS_GCS_ENABLE" in one
@@ -76,7 +76,7 @@ def test_warnings_name_the_parameters() -> None:
 
 @pytest.mark.parametrize("name", ["MAV_GCS_SYSID", "SYSID_MYGCS"])
 def test_whom_it_obeys(name: str) -> None:
-    """Its own firmware's name for that is in the sentence; unknown is not another."""
+    """The problem uses the firmware's parameter name; unknown is no problem."""
     assert obeys_another({name: 255.0}, 255) is None
     assert obeys_another({}, 255) is None
     sentence = str(obeys_another({name: 250.0}, 255))

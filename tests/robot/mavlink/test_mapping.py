@@ -28,14 +28,14 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 def test_left_is_negative_and_ahead_is_positive(
     twist: Twist, pushed: Sticks, wanted: Velocity
 ) -> None:
-    """The limits are the ends of the sticks; a velocity stays one."""
+    """Full stick is the limit; velocities stay in m/s and rad/s."""
     assert sticks(twist, LIMITS) == pushed
     assert velocity(twist, LIMITS) == wanted
 
 
 @given(anything, anything)
 def test_nothing_leaves_the_limits(linear_mps: float, angular_rps: float) -> None:
-    """Whatever is asked for, and what is no number is standstill."""
+    """Any set-point is limited, and NaN or infinity is standstill."""
     twist = Twist(linear_mps, angular_rps)
     pushed, wanted = sticks(twist, LIMITS), velocity(twist, LIMITS)
     assert max(abs(pushed.y), abs(pushed.z)) <= FULL

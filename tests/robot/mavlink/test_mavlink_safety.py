@@ -22,11 +22,11 @@ pytestmark = [
     pytest.mark.system,
     pytest.mark.full,
     pytest.mark.timeout(300),
-]  # the first one builds the rover
+]  # the first test builds the rover
 
 
 class TestGuided(DriverSafety):
-    """Driven by velocities; seen by what reaches the rover."""
+    """Driven by velocities, observed at the rover."""
 
     mode: ClassVar = "guided"
     make: ClassVar[Any] = staticmethod(make_driver)
@@ -34,7 +34,7 @@ class TestGuided(DriverSafety):
     @pytest.fixture(autouse=True)
     def _robot(self, rig: Rig) -> None:
         self.rig = rig
-        # A driver's process takes longer to start again than this rover's failsafe would wait.
+        # A driver's process takes longer to restart than the rover's usual failsafe waits.
         self.rover = rig.rover(mode=self.mode, FS_GCS_TIMEOUT=60.0)
 
     def make_driver(self, clock: Clock) -> Driver:
@@ -42,13 +42,13 @@ class TestGuided(DriverSafety):
         return driver
 
     def commanded(self) -> Sequence[Twist]:
-        return self.rover.take()
+        return self.rover.new_setpoints()
 
     def cut(self) -> None:
-        self.rover.tell("mute", "deaf")
+        self.rover.command("mute", "deaf")
 
     def mend(self) -> None:
-        self.rover.tell("hear")
+        self.rover.command("hear")
 
 
 class TestManual(TestGuided):
@@ -58,6 +58,6 @@ class TestManual(TestGuided):
 
 
 class TestGuidedInItsProcess(TestGuided):
-    """The same in a process of its own, as the server has it."""
+    """The same in a process of its own, as in the server."""
 
     make = staticmethod(make_robot)

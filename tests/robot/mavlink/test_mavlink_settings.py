@@ -24,8 +24,8 @@ from wax.robot.mavlink.settings import FRAME_BYTES, SIGNATURE_BYTES, MavlinkSett
         {"baud": 300, "url": "udpin:0.0.0.0:14550"},
     ],
 )
-def test_a_line_with_room_is_taken(table: dict[str, Any]) -> None:
-    """The defaults are, a telemetry radio, and whatever is no serial port."""
+def test_a_line_with_room_is_accepted(table: dict[str, Any]) -> None:
+    """The defaults, a telemetry radio and any network line have room."""
     MavlinkSettings.model_validate(table)
 
 
@@ -41,7 +41,7 @@ def test_a_line_with_room_is_taken(table: dict[str, Any]) -> None:
 def test_a_line_that_set_points_would_fill_is_refused(
     table: dict[str, Any], baud: int, command_hz: int | None
 ) -> None:
-    """A stop would come late on it; the sentence says what to set, and each of that is taken."""
+    """It would delay a stop; the error suggests values, each of which is accepted."""
     with pytest.raises(ValidationError) as refused:
         MavlinkSettings.model_validate(table)
     sentence = str(refused.value)
@@ -57,7 +57,7 @@ def test_a_line_that_set_points_would_fill_is_refused(
     "table", [{"system": 255}, {"own_system": 1}, {"system": 7, "own_system": 7}]
 )
 def test_the_rover_and_we_have_two_numbers(table: dict[str, int]) -> None:
-    """Under one number its words would be taken for ours; the sentence says what to set."""
+    """With one number its messages would count as ours; the error says what to set."""
     with pytest.raises(ValidationError) as refused:
         MavlinkSettings.model_validate(table)
     assert "set system to its SYSID_THISMAV and own_system to its SYSID_MYGCS" in str(refused.value)
@@ -65,8 +65,8 @@ def test_the_rover_and_we_have_two_numbers(table: dict[str, int]) -> None:
 
 
 @pytest.mark.parametrize(("key", "signature_bytes"), [(None, 0), (bytes(32), SIGNATURE_BYTES)])
-def test_a_set_point_is_as_long_as_is_reckoned(key: bytes | None, signature_bytes: int) -> None:
-    """In motion and at rest, by what is really sent."""
+def test_a_set_point_has_the_calculated_length(key: bytes | None, signature_bytes: int) -> None:
+    """Encoded motion and standstill have it."""
     codec = Codec(255, 1, key, 1_800_000_000_000)
     for share in (0, 1):
         velocity = codec.velocity(Velocity(0.6 * share, -1.5 * share), 1e6)

@@ -33,11 +33,11 @@ BEAT = Heartbeat(10, 3, 15, is_armed=True)
 def rover(*news: News, now_s: float = 100.0, **settings: Any) -> Rover:
     one = Rover(MavlinkSettings(url="udpin:a:1", **settings))
     one.begin(now_s)
-    tell(one, *news, now_s=now_s)
+    receive(one, *news, now_s=now_s)
     return one
 
 
-def tell(
+def receive(
     one: Rover,
     *news: News | None,
     now_s: float = 100.0,
@@ -46,7 +46,8 @@ def tell(
     signed: bool = False,
 ) -> list[bool]:
     return [
-        one.handle_message(HeardMessage(system, component, piece, is_signed=signed), now_s) for piece in news
+        one.handle_message(HeardMessage(system, component, piece, is_signed=signed), now_s)
+        for piece in news
     ]
 
 
@@ -54,36 +55,36 @@ def code(sentence: Any) -> str:
     return "" if sentence is None else str(sentence.code)
 
 
-def test_it_is_heard_as_long_as_heartbeats_come() -> None:
-    """One lost heartbeat is no loss; a rover that tells its speed is missed sooner."""
+def test_it_answers_as_long_as_heartbeats_come() -> None:
+    """One lost heartbeat is tolerated; with telemetry, silence counts sooner."""
     one = rover(BEAT)
     assert one.answers(100.0 + SILENT_S - 0.01)
     assert not one.answers(100.0 + SILENT_S)
-    tell(one, Speed(0.0))
+    receive(one, Speed(0.0))
     assert not one.answers(100.0 + TELEMETRY_SILENT_S)
 
 
 def test_a_slow_radio_is_not_missed_too_soon() -> None:
-    """Where little telemetry is asked for, some of it may be lost."""
+    """At a low telemetry rate a longer silence is tolerated."""
     assert rover(BEAT, Speed(0.0), telemetry_hz=2.0).answers(101.9)
 
 
-def test_before_it_was_heard_somebody_listens_and_then_complains() -> None:
-    """The sentence changes after a while, and names another system that is there."""
+def test_before_it_is_heard_the_problem_changes_with_time() -> None:
+    """At first it is listening, then silent; another system is named."""
     one = rover()
     assert code(one.absent(100.0, 0)) == "mavlink.listening"
     assert code(one.absent(100.0 + SILENT_S, 0)) == "mavlink.silent"
     assert code(one.absent(100.0 + SILENT_S, 3)) == "mavlink.unsigned"
-    tell(one, BEAT, system=7)
+    receive(one, BEAT, system=7)
     assert code(one.absent(100.0 + SILENT_S, 0)) == "mavlink.other_system"
 
 
-def test_parameters_are_asked_for_until_they_come_or_never_will() -> None:
-    """Of two names for one, either answers; older firmware does not have all."""
+def test_parameters_are_requested_until_they_arrive_or_time_is_up() -> None:
+    """Either of two names is enough; older firmware lacks some parameters."""
     one = rover(BEAT)
     assert set(one.unasked(100.0)) == {name for names in QUESTIONS for name in names}
     assert code(one.absent(100.0, 0)) == "mavlink.asking"
-    tell(one, *(Parameter(names[-1], 255.0) for names in QUESTIONS))
+    receive(one, *(Parameter(names[-1], 255.0) for names in QUESTIONS))
     assert one.unasked(100.0) == ()
     assert one.absent(100.0, 0) is None
     older = rover(BEAT)
@@ -103,24 +104,24 @@ def test_parameters_are_asked_for_until_they_come_or_never_will() -> None:
     ],
 )
 def test_only_an_armed_rover_in_the_right_mode_is_driven(beat: Heartbeat, expected: str) -> None:
-    """A boat is one, too; a copter, or another autopilot, whose neutral is elsewhere, is none."""
+    """A boat counts as one; a copter or another autopilot, with another neutral, does not."""
     assert code(rover(beat).unfit()) == expected
 
 
-def test_a_companion_of_the_same_number_is_noticed() -> None:
-    """Another ground station with our number, a rover that signs, or that obeys another."""
+def test_whoever_would_interfere_is_a_problem() -> None:
+    """A ground station with our number, or a rover that signs or obeys another."""
     one = rover(BEAT)
-    tell(one, Heartbeat(6, 8, 0, is_armed=False), system=255)
+    receive(one, Heartbeat(6, 8, 0, is_armed=False), system=255)
     assert code(one.unfit()) == "mavlink.twin"
     signed = rover()
-    tell(signed, BEAT, signed=True)
+    receive(signed, BEAT, signed=True)
     assert code(signed.unfit()) == "mavlink.signed"
     assert code(rover(BEAT, Parameter("SYSID_MYGCS", 1.0)).unfit()) == "mavlink.not_ours"
 
 
 @pytest.mark.parametrize("component", [0, 2, 100, 191])
 def test_only_the_autopilot_speaks_for_the_rover(component: int) -> None:
-    """A camera or companion computer of its number neither keeps it there nor changes it."""
+    """Other components with its number neither keep it connected nor change its state."""
     one = rover(BEAT, Attitude(0.0, 0.0, 60_000), Parameter("SYSID_MYGCS", 255.0))
     others = (
         None,
@@ -129,7 +130,7 @@ def test_only_the_autopilot_speaks_for_the_rover(component: int) -> None:
         Speed(0.5),
         Attitude(0.0, 0.0, 500),
     )
-    taken = tell(one, *others, now_s=100.0 + SILENT_S - 0.1, component=component, signed=True)
+    taken = receive(one, *others, now_s=100.0 + SILENT_S - 0.1, component=component, signed=True)
     assert taken == [False] * len(others)
     assert one.unfit() is None
     assert (one.restarted, one.moving) == (False, None)
@@ -137,15 +138,15 @@ def test_only_the_autopilot_speaks_for_the_rover(component: int) -> None:
 
 
 def test_a_restart_is_noticed_by_the_time_since_power_on() -> None:
-    """Only by one that goes back far; messages may overtake each other."""
+    """Only a large step back counts, as messages may be reordered."""
     one = rover(BEAT, Attitude(0.0, 0.0, 60_000), Attitude(0.0, 0.0, 59_900))
     assert not one.restarted
-    tell(one, Attitude(None, None, 500))
+    receive(one, Attitude(None, None, 500))
     assert one.restarted
 
 
 def test_it_moves_when_it_drives_or_turns() -> None:
-    """Below the threshold it is noise; without a speed nobody knows."""
+    """A speed below the threshold is noise; no speed is unknown."""
     assert rover(BEAT).moving is None
     assert rover(BEAT, Speed(0.09)).moving is False
     assert rover(BEAT, Speed(0.1)).moving is True
@@ -156,18 +157,18 @@ def test_it_moves_when_it_drives_or_turns() -> None:
 
 
 def test_pose_and_battery_are_what_it_told_last() -> None:
-    """A message without a value does not undo one that had it."""
+    """A missing battery value keeps the last, a missing heading ends the pose."""
     one = rover(BEAT, Battery(8.1, None), Battery(None, 0.5), Position(1.0, 2.0))
     assert one.pose is None
-    tell(one, Attitude(0.5, 0.0, 1))
+    receive(one, Attitude(0.5, 0.0, 1))
     assert one.pose == Pose(1.0, 2.0, 0.5)
-    tell(one, Attitude(None, 0.0, 2))
+    receive(one, Attitude(None, 0.0, 2))
     assert one.pose is None
     assert one.battery == Battery(8.1, 0.5)
 
 
-def test_a_voltage_that_nobody_tells_any_more_is_unknown() -> None:
-    """A monitor that fails while its rover goes on leaves no last good voltage behind."""
+def test_an_old_voltage_expires() -> None:
+    """The last voltage of a battery monitor that has failed becomes unknown."""
     one = rover(BEAT, Battery(8.1, 0.5))
-    tell(one, Battery(None, 0.4), now_s=100.0 + BATTERY_OLD_S)
+    receive(one, Battery(None, 0.4), now_s=100.0 + BATTERY_OLD_S)
     assert one.battery == Battery(None, 0.4)

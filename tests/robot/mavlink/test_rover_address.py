@@ -1,4 +1,4 @@
-"""Where a rover is, as ground stations write it."""
+"""MAVLink addresses as ground stations write them."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from wax.robot.mavlink.address import Address, parse
         ("tcp:[::1]:5760", Address("tcp", "::1", 5760)),
     ],
 )
-def test_a_line_is_understood(url: str, address: Address) -> None:
-    """A path is a serial port, the rest has an address and a port."""
+def test_an_address_is_parsed(url: str, address: Address) -> None:
+    """A path is a serial port, anything else a host and a port."""
     assert parse(url) == address
 
 
@@ -33,8 +33,8 @@ def test_a_line_is_understood(url: str, address: Address) -> None:
     "url",
     ["udpin:14550", "tcp:rover:", "tcp:rover:99999", "udpin::14550", "ws:a:1", "udpin:a:b"],
 )
-def test_what_is_no_line_is_refused_with_a_sentence(url: str) -> None:
-    """It is refused when the configuration is loaded, and says what is possible."""
+def test_an_invalid_address_is_refused(url: str) -> None:
+    """Loading the configuration fails, and the error lists what is possible."""
     tree = {"robot": {"driver": "mavlink", "mavlink": {"url": url}}}
     with pytest.raises(ConfigError, match=r"robot\.mavlink\.url: .*(possible are|write it as)"):
         parse_settings(tree, "wax.toml")

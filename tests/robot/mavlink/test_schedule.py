@@ -1,4 +1,4 @@
-"""When a set-point is said."""
+"""When a set-point is sent."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ GAP_S = 0.02
 
 
 def said(schedule: Schedule, wanted: Twist, from_s: float, to_s: float) -> list[float]:
-    """Say it whenever it is due; return when."""
+    """Send whenever due; return the times."""
     times_s, now_s = [], from_s
     while (now_s := schedule.next_s(wanted, now_s)) < to_s:
         schedule.said(wanted, now_s)
@@ -18,8 +18,8 @@ def said(schedule: Schedule, wanted: Twist, from_s: float, to_s: float) -> list[
     return times_s
 
 
-def test_motion_is_said_steadily() -> None:
-    """At once when it begins, and then once a gap."""
+def test_motion_is_sent_steadily() -> None:
+    """Motion is sent at once, then once a gap."""
     schedule = Schedule(GAP_S)
     times_s = said(schedule, AHEAD, 100.0, 101.0)
     assert times_s[0] == 100.0
@@ -27,7 +27,7 @@ def test_motion_is_said_steadily() -> None:
 
 
 def test_a_change_waits_for_the_gap_and_a_stop_does_not() -> None:
-    """So that a slow line is not filled, and a stop is never late."""
+    """A slow line is not filled, and a stop is never late."""
     schedule = Schedule(GAP_S)
     schedule.said(AHEAD, 100.0)
     assert schedule.next_s(FASTER, 100.001) == 100.0 + GAP_S
@@ -35,7 +35,7 @@ def test_a_change_waits_for_the_gap_and_a_stop_does_not() -> None:
 
 
 def test_motion_begins_between_two_repeats_of_standstill() -> None:
-    """A key waits for no repeat; whoever taps fast adds one set-point a change, not more."""
+    """New motion does not wait for a repeat; further changes wait for the gap."""
     schedule = Schedule(GAP_S)
     schedule.said(AHEAD, 100.0)
     times_s = said(schedule, STANDSTILL, 100.0, 100.2)
@@ -47,7 +47,7 @@ def test_motion_begins_between_two_repeats_of_standstill() -> None:
 
 
 def test_changes_that_follow_each_repeat_do_not_fill_the_line() -> None:
-    """A stick that moves all the time gets one set-point a gap, whatever its phase."""
+    """A constantly moving stick sends one set-point a gap, whatever its phase."""
     schedule = Schedule(GAP_S)
     schedule.said(AHEAD, 100.0)
     (*_, repeat_s) = said(schedule, AHEAD, 100.0, 100.1)
@@ -55,7 +55,7 @@ def test_changes_that_follow_each_repeat_do_not_fill_the_line() -> None:
 
 
 def test_standstill_after_motion_is_steady_and_then_slow() -> None:
-    """It is said steadily for longer than 1.5 s, and then for as long as one looks."""
+    """Standstill is sent steadily for more than 1.5 s, then slowly for ever."""
     schedule = Schedule(GAP_S)
     schedule.said(AHEAD, 100.0)
     times_s = said(schedule, STANDSTILL, 100.0, 110.0)
@@ -66,8 +66,8 @@ def test_standstill_after_motion_is_steady_and_then_slow() -> None:
     assert len(slow) >= 7.0 / NEUTRAL_EVERY_S - 1
 
 
-def test_a_stop_of_a_standing_robot_is_said_again() -> None:
-    """Nobody knows better than the one who stops it."""
+def test_a_stop_of_a_standing_robot_is_sent_again() -> None:
+    """Each stop is sent at once and then steadily."""
     schedule = Schedule(GAP_S)
     said(schedule, STANDSTILL, 100.0, 105.0)
     schedule.stopped(105.1)

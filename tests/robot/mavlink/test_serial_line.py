@@ -1,4 +1,4 @@
-"""A stop on a serial line does not wait behind what the line has not taken yet."""
+"""A stop on a serial line does not wait for the output buffer to empty."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SETTINGS = MavlinkSettings.model_validate({"url": "/dev/radio"})
 
 
 class Port:
-    """A port that takes nothing."""
+    """A port that sends nothing."""
 
     def __init__(self, *_: object, **__: object) -> None:
         self.waits = b""
@@ -46,7 +46,7 @@ def line(port: Port) -> MavlinkLine:
 
 
 def told(data: bytes, key: bytes | None) -> list[float]:
-    """Return the speeds that a rover reads there."""
+    """Return the speeds that a rover decodes."""
     heard = Codec(1, 255, key, 1_700_000_000_000)._mav.parse_buffer(data) or ()
     kind = mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED
     return [message.vx for message in heard if message.get_msgId() == kind]
@@ -54,7 +54,7 @@ def told(data: bytes, key: bytes | None) -> list[float]:
 
 @pytest.mark.parametrize("key", [None, bytes(range(32))])
 def test_a_stop_overtakes_what_waits(port: Port, line: MavlinkLine, key: bytes | None) -> None:
-    """Wherever the message is torn that the port was taking, the rover reads the stop."""
+    """Wherever the message being sent is cut off, the rover decodes the stop."""
     codec = Codec(255, 1, key, 1_800_000_000_000)
     ahead = codec.velocity(Velocity(0.5, 0.0), 1.0)
     for taken in range(len(ahead)):
@@ -64,15 +64,15 @@ def test_a_stop_overtakes_what_waits(port: Port, line: MavlinkLine, key: bytes |
         assert told(ahead[:taken] + port.waits, key) == [0.0]
 
 
-def test_what_is_nearly_out_is_not_torn(port: Port, line: MavlinkLine) -> None:
-    """A short wait does no harm, and a stop that is written once is enough."""
+def test_a_nearly_empty_buffer_is_kept(port: Port, line: MavlinkLine) -> None:
+    """A short wait does no harm, and the stop is written only once."""
     line.write(bytes(MAY_WAIT_BYTES))
     line.stop(b"stop")
     assert port.waits == bytes(MAY_WAIT_BYTES) + b"stop"
 
 
-def test_a_port_that_does_not_know_what_waits_is_written_to(port: Port, line: MavlinkLine) -> None:
-    """It is not taken for a lost one."""
+def test_a_port_that_cannot_report_its_buffer_is_written_to(port: Port, line: MavlinkLine) -> None:
+    """It does not count as lost."""
     port.knows = False
     line.stop(b"stop")
     assert port.waits == b"stop"

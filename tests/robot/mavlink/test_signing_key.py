@@ -26,36 +26,36 @@ def write(path: Path, data: bytes, mode: int = 0o600) -> str:
 
 @pytest.mark.parametrize("data", [KEY, KEY.hex().encode(), KEY.hex().upper().encode() + b"\n"])
 def test_a_key_is_bytes_or_digits(tmp_path: Path, data: bytes) -> None:
-    """32 bytes as they are, or 64 hexadecimal digits with a line's end."""
+    """32 raw bytes, or 64 hexadecimal digits, if need be with a newline."""
     assert read_key(write(tmp_path / "key", data)) == KEY
 
 
 @pytest.mark.parametrize("mode", [0o640, 0o604, 0o660, 0o644])
 def test_a_key_that_others_may_read_is_refused(tmp_path: Path, mode: int) -> None:
-    """The sentence is the command that mends it."""
+    """The error is the command that fixes it."""
     name = write(tmp_path / "key", KEY, mode)
     with pytest.raises(ConfigError, match=f"chmod 600 {name}"):
         read_key(name)
 
 
-def test_the_copy_that_systemd_gives_a_service_is_taken(
+def test_the_copy_that_systemd_gives_a_service_is_accepted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its access list reads as a permission of the group, who has none."""
+    """Its ACL looks like a group permission, but gives the group none."""
     write(tmp_path / "key", KEY, 0o440)
     monkeypatch.setenv("CREDENTIALS_DIRECTORY", str(tmp_path))
     assert read_key("/etc/wax/key") == read_key(str(tmp_path / "key")) == KEY
 
 
 @pytest.mark.parametrize("data", [b"", b"secret", KEY[:31], KEY.hex().encode()[:-1], b"z" * 64])
-def test_what_is_no_key_is_refused(tmp_path: Path, data: bytes) -> None:
-    """The sentence says what a key is and how to make one."""
+def test_an_invalid_key_is_refused(tmp_path: Path, data: bytes) -> None:
+    """The error says what a key is and how to make one."""
     with pytest.raises(ConfigError, match="openssl rand -hex 32"):
         read_key(write(tmp_path / "key", data))
 
 
 def test_a_missing_key_stops_the_start(tmp_path: Path) -> None:
-    """With the key's own sentence: the robot is not driven unsigned instead."""
+    """The error names the key: the robot is not driven unsigned instead."""
     settings = RobotSettings.model_validate(
         {"driver": "mavlink", "mavlink": {"signing_key": str(tmp_path / "none")}}
     )

@@ -1,4 +1,4 @@
-//! A ground rover that speaks MAVLink as ArduPilot's does, for tests of the driver at the other end.
+//! A ground rover that speaks MAVLink as ArduPilot's does, for tests of the driver.
 //!
 //! usage: rover ADDRESS SYSTEM KEY|none [NAME=VALUE…]
 //!
@@ -6,8 +6,8 @@
 //! from the ground station that its parameters name. It stops by itself as ArduPilot does: GUIDED after
 //! GUID_TIMEOUT, every mode by the failsafe of the ground station (FS_GCS_…, FS_TIMEOUT, FS_ACTION).
 //!
-//! What it is told and does is a line of JSON on its standard output, with the time of day in seconds.
-//! On its standard input it takes: mode N, arm, disarm, set NAME VALUE, mute, deaf, hear (ends both),
+//! It writes each event as a line of JSON to its standard output, with the wall-clock time in seconds.
+//! Commands on its standard input: mode N, arm, disarm, set NAME VALUE, mute, deaf, hear (ends both),
 //! push MPS (somebody pushes it), reboot.
 
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ const GUIDED: u32 = 15;
 const TICK: Duration = Duration::from_millis(10);
 const FULL_MPS: f32 = 1.0;
 const FULL_RPS: f32 = 1.5;
-/// Velocity and yaw rate are meant, everything else is to be ignored.
+/// Use velocity and yaw rate, ignore everything else.
 const VELOCITY_AND_YAW_RATE: u16 = 0b0000_0101_1100_0111;
 const BODY_FRAMES: [u32; 2] = [8, 9];
 
@@ -51,7 +51,7 @@ struct Rover {
     parameters: BTreeMap<String, f32>,
     intervals: BTreeMap<u32, Duration>,
     sent: BTreeMap<u32, Instant>,
-    /// What it drives now, and when it was told to.
+    /// Its set-point, and when that arrived.
     mps: f32,
     rps: f32,
     told: Instant,
@@ -61,7 +61,7 @@ struct Rover {
     lost: Option<Instant>,
     x_m: f32,
     y_m: f32,
-    /// Clockwise from north, as MAVLink has it.
+    /// Clockwise from north, as in MAVLink.
     yaw: f32,
 }
 
@@ -103,7 +103,7 @@ impl Rover {
                     self.heard = Some(Instant::now());
                     if self.armed && self.mode == MANUAL {
                         let share = |axis: i16| f32::from(axis) / 1000.0;
-                        // To the right is positive on the wire, to the left in what it reports here.
+                        // Right is positive on the wire, left in its reports.
                         self.drive(share(told.z) * FULL_MPS, -share(told.y) * FULL_RPS, "manual");
                     }
                 }
@@ -145,7 +145,7 @@ impl Rover {
         Vec::new()
     }
 
-    /// Let time pass: drive, watch over itself, and return what is due.
+    /// Let time pass: drive, check the failsafes, and return the due messages.
     fn tick(&mut self) -> Vec<MavMessage> {
         let dt = TICK.as_secs_f32();
         let mps = if self.armed { self.mps } else { 0.0 } + self.pushed_mps;
@@ -215,7 +215,7 @@ impl Rover {
         })
     }
 
-    /// The failsafe of the ground station; it never acts for one that was never heard.
+    /// The ground station's failsafe; it never acts before the first heartbeat.
     fn watch_ground_station(&mut self) {
         let silent = self.heard.is_some_and(|at| at.elapsed().as_secs_f32() > self.parameter("FS_GCS_TIMEOUT"));
         if self.parameter("FS_GCS_ENABLE") == 0.0 || !silent {
@@ -261,7 +261,7 @@ impl Rover {
             }
             _ => panic!("what is {words:?}?"),
         }
-        self.sent.remove(&0); // who changes it by hand sees so at once
+        self.sent.remove(&0); // report a manual change at once
     }
 }
 
@@ -314,7 +314,7 @@ fn main() -> io::Result<()> {
             }
             for message in messages {
                 let header = MavHeader { system_id: u32::from(system), component_id: 1, sequence: 0 };
-                let _ = line.send(&header, &message); // nobody may be there yet
+                let _ = line.send(&header, &message); // there may be no peer yet
             }
         }
     };
