@@ -23,7 +23,7 @@ def settings(robot: dict[str, Any] | None = None, **gpio: Any) -> RobotSettings:
 
 
 class Board:
-    """The pins as somebody with a meter sees them."""
+    """The pins as seen with a meter."""
 
     def __init__(self) -> None:
         self.factory = MockFactory(pin_class=MockPWMPin)
@@ -35,7 +35,7 @@ class Board:
         return float(self.pin(number).state)
 
     def motor(self, pins: tuple[int, int, int]) -> float:
-        """How far a motor on IN1, IN2, PWM is opened, -1 to 1."""
+        """Return a motor's duty cycle, -1 to 1, on IN1, IN2, PWM."""
         ahead, back, speed = (self.level(pin) for pin in pins)
         assert ahead + back <= 1.0, "both directions at once"
         return (ahead - back) * speed
@@ -47,7 +47,7 @@ class Board:
         self.pin(number).drive_high()
 
     def roll(self, pins: tuple[int, ...], steps: int) -> None:
-        """Turn an encoder so many steps: A leads forward, B backward."""
+        """Turn an encoder by `steps`: A leads forward, B backward."""
         if len(pins) == 1:
             for _ in range(steps):
                 self.press(pins[0])

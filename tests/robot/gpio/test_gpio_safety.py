@@ -1,4 +1,4 @@
-"""A robot on pins keeps the promises of `wax.testing`; the pins are gpiozero's mock ones."""
+"""A robot on gpiozero's mock pins keeps the promises of `wax.testing`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FULL_MPS = 0.6
 
 
 class TestGpio(DriverSafety):
-    """Seen by how far the motors are opened."""
+    """Observed by the motors' duty cycles."""
 
     may_lose = False
 

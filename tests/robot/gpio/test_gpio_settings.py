@@ -1,4 +1,4 @@
-"""What is wrong with a table of pins is said when the configuration is loaded."""
+"""A wrong table of pins is reported when the configuration is loaded."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from wax.robot.gpio.settings import BOARDS, PINS_OF, GpioSettings
     ],
 )
 def test_a_wrong_table_is_one_sentence(table: dict[str, Any], sentence: str) -> None:
-    """It names the key or the pin."""
+    """The error names the key or pin."""
     with pytest.raises(ConfigError) as raised:
         parse({"robot": {"driver": "gpio", "gpio": table}}, "wax.toml")
     assert sentence in str(raised.value)
@@ -34,7 +34,7 @@ def test_a_wrong_table_is_one_sentence(table: dict[str, Any], sentence: str) -> 
 
 @pytest.mark.parametrize("board", BOARDS)
 def test_known_boards_fit_their_bridge(board: str) -> None:
-    """Each has as many pins as its bridge, and no pin twice."""
+    """Each board has as many pins as its bridge, none twice."""
     bridge, left, right = settings(board=board).own(GpioSettings).motors
     assert len(left) == len(right) == PINS_OF[bridge]
     assert len({*left, *right}) == len(left) + len(right)

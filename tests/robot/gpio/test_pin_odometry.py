@@ -1,4 +1,4 @@
-"""What encoders tell."""
+"""Encoder odometry."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from wax.robot.gpio.odometry import WINDOW_S, StepOdometry
 
 
 def test_a_circle_ends_where_it_began() -> None:
-    """The right wheel rolls around the left one, which stands."""
+    """The right wheel circles the left one, which stands."""
     odometry = StepOdometry(steps_per_m=1000.0, wheel_base_m=0.3)
     for step in range(round(math.tau * 0.3 * 1000.0) + 1):
         odometry.take((0, step), step * 0.01)
@@ -18,8 +18,8 @@ def test_a_circle_ends_where_it_began() -> None:
     assert abs(odometry.pose.heading_rad) < 0.01
 
 
-def test_on_the_spot_to_the_left() -> None:
-    """Wheels in opposite directions turn it and move it nowhere; that is motion."""
+def test_turning_left_on_the_spot_is_motion() -> None:
+    """Wheels in opposite directions change the heading, not the position."""
     odometry = StepOdometry(steps_per_m=100.0, wheel_base_m=0.2)
     odometry.take((0, 0), 0.0)
     odometry.take((-10, 10), 0.1)
@@ -30,7 +30,7 @@ def test_on_the_spot_to_the_left() -> None:
 
 
 def test_the_speed_is_that_of_the_last_moment() -> None:
-    """Without a step for a moment it stands."""
+    """Without a step for 0.2 s it is zero."""
     odometry = StepOdometry(steps_per_m=100.0, wheel_base_m=0.2)
     for number in range(11):
         odometry.take((number, number), number * 0.02)
@@ -43,8 +43,8 @@ def test_the_speed_is_that_of_the_last_moment() -> None:
     assert odometry.speed_mps == 0.0
 
 
-def test_counts_of_before_do_not_count() -> None:
-    """Encoders may have counted before anybody looked."""
+def test_earlier_steps_do_not_count() -> None:
+    """The first reading is where odometry begins."""
     odometry = StepOdometry(steps_per_m=100.0, wheel_base_m=0.2)
     odometry.take((500, 500), 0.0)
     assert odometry.pose.x_m == 0.0

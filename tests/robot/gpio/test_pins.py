@@ -1,4 +1,4 @@
-"""What the driver puts on the pins and reads from them; the pins are gpiozero's mock ones."""
+"""What the driver writes to the pins and reads from them, on gpiozero's mock pins."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def make(pins: Board, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Driver]]:
-    # `wax.testing` is about silence; here a busy machine is not to be taken for it.
+    # `wax.testing` tests silence; here a busy machine must not count as it.
     monkeypatch.setattr(loop, "SETPOINT_TTL_S", 60.0)
     made: list[Driver] = []
 
@@ -58,14 +58,14 @@ def until(driver: Driver, so: Callable[[RobotState], bool]) -> RobotState:
 
 
 def settle(driver: Driver) -> None:
-    """Wait until what was asked is on the pins: a round that began after it has ended."""
+    """Wait until the set-point is on the pins: a round that began after it has ended."""
     _round(driver)
     _round(driver)
 
 
 def _round(driver: Driver) -> None:
     before = driver.state()
-    driver.set_axis("no such axis", 0.0, 1)  # which begins one, and does no more
+    driver.set_axis("no such axis", 0.0, 1)  # only begins a round
     until(driver, lambda state: state is not before)
 
 
@@ -87,16 +87,16 @@ def feed(driver: Driver, twist: Twist) -> None:
 def test_the_motors_follow_the_twist(
     pins: Board, make: Callable[..., Driver], twist: Twist, left: float, right: float
 ) -> None:
-    """Each motor is opened as far as its wheel's speed asks for."""
+    """Each motor's duty cycle follows its wheel's speed."""
     feed(make(), twist)
     assert pins.motor(LEFT) == pytest.approx(left)
     assert pins.motor(RIGHT) == pytest.approx(right)
 
 
-def test_a_robot_that_drifts_is_trimmed_and_turned_around(
+def test_a_robot_that_drifts_is_trimmed_and_inverted(
     pins: Board, make: Callable[..., Driver]
 ) -> None:
-    """The robot's trims and inversions, the measured full speed and the dead share count."""
+    """Trim, inversion, measured full speed and dead share are applied."""
     driver = make({"right_trim": 0.5, "invert_left": True}, full_speed_mps=1.2, dead_share=0.2)
     feed(driver, Twist(0.6, 0.0))
     assert pins.motor(LEFT) == pytest.approx(-(0.2 + 0.8 * 0.5))
@@ -104,7 +104,7 @@ def test_a_robot_that_drifts_is_trimmed_and_turned_around(
 
 
 def test_bridges_with_two_inputs(pins: Board, make: Callable[..., Driver]) -> None:
-    """Both inputs have PWM: the one of the direction is opened, the other one is off."""
+    """Both inputs have PWM: the one of the direction is on, the other off."""
     driver = make(board="camjam")
     feed(driver, Twist(0.3, 0.0))
     assert [pins.level(pin) for pin in (9, 10, 7, 8)] == [0.5, 0.0, 0.5, 0.0]
@@ -133,10 +133,10 @@ def test_a_motor_is_off_before_it_turns_the_other_way(
     assert [state for _, state in pins.pin(LEFT[2]).states] == [1.0, 0.0, 1.0]
 
 
-def test_the_same_again_is_not_put_on_the_pins_again(
+def test_a_repeated_set_point_is_not_written_again(
     pins: Board, make: Callable[..., Driver]
 ) -> None:
-    """What is repeated fifty times a second changes no pin, or one would hear it."""
+    """A repeated set-point changes no pin, which would be audible."""
     driver = make()
     feed(driver, Twist(0.3, 0.0))
     pins.pin(LEFT[2]).clear_states()
@@ -147,7 +147,7 @@ def test_the_same_again_is_not_put_on_the_pins_again(
 
 
 def test_servos_turn_the_axes(pins: Board, make: Callable[..., Driver]) -> None:
-    """A pulse of 1 to 2 ms in a frame of 20, and none before somebody has turned the axis."""
+    """An axis has pulses of 1 to 2 ms every 20 ms, and none before it is first set."""
     driver = make(servos={"pan": 18, "tilt": 19})
     assert driver.limits.axes == ("pan", "tilt")
     assert pins.level(18) == 0.0
@@ -158,8 +158,8 @@ def test_servos_turn_the_axes(pins: Board, make: Callable[..., Driver]) -> None:
     assert pins.level(19) == pytest.approx(0.0875)
 
 
-def test_encoders_tell_speed_and_place(pins: Board, make: Callable[..., Driver]) -> None:
-    """Steps of both wheels make the pose; a wheel that turns, either way, is motion."""
+def test_encoders_give_speed_and_pose(pins: Board, make: Callable[..., Driver]) -> None:
+    """Both wheels' steps give the pose; a wheel that turns either way is motion."""
     driver = make(left_encoder=[5, 6], right_encoder=[20, 21], steps_per_m=100.0)
     assert driver.state().moving is False
     for _ in range(10):
@@ -168,7 +168,7 @@ def test_encoders_tell_speed_and_place(pins: Board, make: Callable[..., Driver])
     state = until(driver, lambda state: state.extra["right_steps"] == 10.0)
     assert state.moving is True
     assert state.pose is not None
-    # A round may fall between the steps of two wheels: until the second it is turned by one step.
+    # A round between the two wheels' steps may see the robot turned by one step.
     turned_rad = 0.01 / settings().wheel_base_m
     assert 0.1 * math.cos(turned_rad) <= state.pose.x_m <= 0.1 + 1e-9
     assert state.pose.heading_rad == pytest.approx(0.0)
@@ -183,7 +183,7 @@ def test_encoders_tell_speed_and_place(pins: Board, make: Callable[..., Driver])
 def test_an_encoder_with_one_pin_counts_the_way_the_motor_goes(
     pins: Board, make: Callable[..., Driver]
 ) -> None:
-    """Backward it counts down, also where the motor is wired the other way."""
+    """It counts down when backward, even if the motor is inverted."""
     driver = make({"invert_left": True}, left_encoder=[5], right_encoder=[20])
     feed(driver, Twist(-0.3, 0.0))
     pins.roll((5,), 3)
@@ -192,8 +192,8 @@ def test_an_encoder_with_one_pin_counts_the_way_the_motor_goes(
     assert state.extra["left_steps"] == -3.0
 
 
-def test_without_encoders_nobody_knows_whether_it_moves(make: Callable[..., Driver]) -> None:
-    """Neither motion nor a place is made up."""
+def test_without_encoders_motion_is_unknown(make: Callable[..., Driver]) -> None:
+    """Neither motion nor pose is made up."""
     state = make().state()
     assert (state.moving, state.pose) == (None, None)
 
@@ -201,7 +201,7 @@ def test_without_encoders_nobody_knows_whether_it_moves(make: Callable[..., Driv
 def test_a_bumper_stops_it(
     pins: Board, make: Callable[..., Driver], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Pressed in motion it switches off before any other look; away from it the robot may go."""
+    """The motors are off without waiting for a poll; the robot may move away from the bumper."""
     monkeypatch.setattr(loop, "LOOK_EVERY_S", 60.0)
     driver = make(front_bumpers=[20, 21], back_bumpers=[26])
     feed(driver, Twist(0.6, 0.0))
@@ -223,8 +223,8 @@ def test_a_bumper_stops_it(
     assert time.monotonic() - start_s < 1.0
 
 
-def test_a_bumper_may_only_be_told(pins: Board, make: Callable[..., Driver]) -> None:
-    """With bumpers_stop = false the page shows it, and the operator decides."""
+def test_a_bumper_may_only_be_reported(pins: Board, make: Callable[..., Driver]) -> None:
+    """With bumpers_stop = false a pressed bumper does not stop the robot."""
     driver = make(front_bumpers=[20], bumpers_stop=False)
     pins.press(20)
     until(driver, lambda state: state.bumpers == 1)
@@ -232,8 +232,8 @@ def test_a_bumper_may_only_be_told(pins: Board, make: Callable[..., Driver]) -> 
     assert pins.motor(LEFT) == 1.0
 
 
-def test_pins_that_somebody_else_has_are_tried_again(pins: Board) -> None:
-    """One sentence while another program has one of them; nothing moves when they are free."""
+def test_pins_in_use_are_retried(pins: Board) -> None:
+    """A pin in use is a problem; once it is free, a held input moves nothing."""
     other = gpiozero.DigitalOutputDevice(LEFT[2])
     driver = make_driver(settings(), SystemClock())
     driver.open()
@@ -254,10 +254,10 @@ def test_pins_that_somebody_else_has_are_tried_again(pins: Board) -> None:
         driver.close()
 
 
-def test_pins_that_fail_are_let_go_and_opened_again(
+def test_pins_that_fail_are_released_and_reopened(
     pins: Board, make: Callable[..., Driver], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A failing library stops the robot, is a sentence, and a later epoch begins at standstill."""
+    """A library error stops the robot and is a problem; the next epoch begins at standstill."""
     driver = make()
     feed(driver, Twist(0.3, 0.0))
     pin = pins.pin(RIGHT[2])
@@ -289,8 +289,8 @@ def test_pins_that_fail_are_let_go_and_opened_again(
     assert pins.motor(LEFT) == 0.0
 
 
-def test_a_place_without_pins_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a computer without pins the server runs on, and the sentence says what is missing."""
+def test_a_computer_without_pins_is_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a computer without pins the driver reports that they cannot be used."""
     monkeypatch.setattr(gpiozero.Device, "pin_factory", None)
     monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "native")
     driver = make_driver(settings(), SystemClock())
@@ -306,7 +306,7 @@ def test_a_place_without_pins_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_guard_clears_the_pins(pins: Board) -> None:
-    """Also one that takes a while to become free."""
+    """It waits for a pin that is not free yet."""
     held = gpiozero.DigitalOutputDevice(13, initial_value=True)
     pins.pin(12).function = "output"
     pins.pin(12).state = 1.0
@@ -319,8 +319,8 @@ def test_the_guard_clears_the_pins(pins: Board) -> None:
 
 @pytest.mark.system
 @pytest.mark.parametrize(("last_words", "acts"), [(b"", True), (BYE, False)])
-def test_the_guard_acts_only_when_the_driver_died(last_words: bytes, acts: bool) -> None:
-    """The end of its pipe without a goodbye is the driver's death; it acts in a moment."""
+def test_the_guard_acts_only_when_the_driver_has_died(last_words: bytes, acts: bool) -> None:
+    """The end of its pipe without a goodbye means the driver's death."""
     guard = subprocess.Popen(
         [sys.executable, "-m", "wax.robot.gpio.guard", "12", "13"],
         stdin=subprocess.PIPE,
@@ -336,7 +336,7 @@ def test_the_guard_acts_only_when_the_driver_died(last_words: bytes, acts: bool)
 def test_a_driver_has_its_guard_and_dismisses_it(
     pins: Board, make: Callable[..., Driver], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Opening starts it, closing ends it within the second that a close may take."""
+    """Opening starts the guard, and closing ends it, within 1 s."""
     monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "mock")
     driver = make(guard=True)
     guards = children()
@@ -353,6 +353,6 @@ def children() -> list[int]:
     """Return this process's children that are guards."""
     found = []
     for child in psutil.Process().children():
-        with contextlib.suppress(psutil.Error):  # it has ended, and is nobody's guard
+        with contextlib.suppress(psutil.Error):  # it has ended
             found += [child.pid] * ("wax.robot.gpio.guard" in child.cmdline())
     return found

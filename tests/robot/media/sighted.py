@@ -1,4 +1,4 @@
-"""Robots with senses, as somebody's own drivers: they live in any process."""
+"""Third-party drivers with cameras, a microphone and a speaker, for any process."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Eye:
-    """Each picture is of one number, which counts up; the last bytes tell the process."""
+    """Each picture is filled with a number that counts up, modulo 250."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
         self._settings = settings
@@ -47,7 +47,7 @@ class Eye:
 
 
 class Ear:
-    """Each block is of one number, which counts up, on two channels."""
+    """Fills each block with a number that counts up, negated on the right."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -65,7 +65,7 @@ class Ear:
 
 
 class Mouth:
-    """Writes down what it is to say; refuses the number 13, and hangs at 99."""
+    """Logs each block; refuses the number 13, and hangs at 99."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -85,7 +85,7 @@ class Mouth:
 
 
 class Sighted(Recorder):
-    """Sees, hears and speaks; its camera tells in which process it is."""
+    """A driver with cameras, a microphone and a speaker."""
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         super().__init__(settings, clock)
@@ -109,7 +109,7 @@ class Sighted(Recorder):
 
 
 class Wilful(Sighted):
-    """Its camera does, at the picture of number 10, what a file beside its own says."""
+    """Its camera misbehaves as a file next to the driver's log says."""
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         return _WilfulEye(settings, clock, self._path.with_suffix(".will"))

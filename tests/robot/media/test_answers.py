@@ -1,4 +1,4 @@
-"""What the media process answers, and what the server makes of it, without a process."""
+"""The media process's answers and how the server handles them, without a process."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def far(link: MediaProcessLink) -> Iterator[Connection]:
 
 
 def answers(far: Connection, *said: bytes) -> threading.Thread:
-    """Answer each of the next questions."""
+    """Answer the next requests in turn."""
 
     def run() -> None:
         for one in said:
@@ -74,13 +74,13 @@ def answers(far: Connection, *said: bytes) -> threading.Thread:
     st.binary(max_size=64),
 )
 def test_an_answer_comes_as_it_was_sent(answer: Answer, payload: bytes) -> None:
-    """With whatever follows it, newlines included."""
+    """Its payload may contain newlines."""
     assert decode(encode(answer, payload)) == (answer, payload)
 
 
 @given(st.binary(max_size=200))
-def test_no_bytes_are_too_strange(data: bytes) -> None:
-    """They are an answer within its ranges, or are refused."""
+def test_any_bytes_are_a_valid_answer_or_refused(data: bytes) -> None:
+    """No bytes give an answer out of range."""
     try:
         answer, _ = decode(data)
     except ProtocolError:
@@ -90,7 +90,7 @@ def test_no_bytes_are_too_strange(data: bytes) -> None:
 
 
 def test_an_answer_is_waited_for(link: MediaProcessLink, far: Connection) -> None:
-    """And a problem in it is the problem."""
+    """A problem in an answer is raised."""
     thread = answers(far, encode(Answer(captured_s=1.5), b"x"), encode(Answer(problem=GONE)))
     assert link.ask(NEXT, 2.0) == (Answer(captured_s=1.5), b"x")
     with pytest.raises(SenseError) as failed:
@@ -99,8 +99,8 @@ def test_an_answer_is_waited_for(link: MediaProcessLink, far: Connection) -> Non
     thread.join()
 
 
-def test_without_a_process_its_end_is_the_problem(link: MediaProcessLink) -> None:
-    """Until one has begun, that it is starting."""
+def test_without_a_process_the_problem_says_why(link: MediaProcessLink) -> None:
+    """Before the first, it is starting."""
     for problem in (STARTING, GONE):
         with pytest.raises(SenseError) as failed:
             link.ask(NEXT, 0.01)
@@ -108,8 +108,8 @@ def test_without_a_process_its_end_is_the_problem(link: MediaProcessLink) -> Non
         link.detach(GONE)
 
 
-def test_a_question_is_not_asked_twice(link: MediaProcessLink, far: Connection) -> None:
-    """What comes late is the answer to it, and to no other."""
+def test_a_request_is_not_sent_twice(link: MediaProcessLink, far: Connection) -> None:
+    """A late answer counts for its own request only."""
     with pytest.raises(SenseError):
         link.ask(NEXT, 0.01)
     assert far.recv_bytes() == NEXT
@@ -124,8 +124,8 @@ def test_a_question_is_not_asked_twice(link: MediaProcessLink, far: Connection) 
     thread.join()
 
 
-def test_one_that_has_answered_is_silent_then(link: MediaProcessLink, far: Connection) -> None:
-    """It is not said to be starting any more."""
+def test_a_process_that_has_answered_is_silent(link: MediaProcessLink, far: Connection) -> None:
+    """It no longer counts as starting."""
     thread = answers(far, encode(Answer()))
     link.ask(NEXT, 2.0)
     thread.join()
@@ -135,10 +135,10 @@ def test_one_that_has_answered_is_silent_then(link: MediaProcessLink, far: Conne
 
 
 @pytest.mark.parametrize("end", ["close", "garbage"])
-def test_why_a_process_has_ended_is_waited_for(
+def test_the_reason_for_its_end_is_awaited(
     link: MediaProcessLink, far: Connection, end: str
 ) -> None:
-    """It is the supervisor that knows, in a moment."""
+    """The supervisor reports it a moment later."""
     far.close() if end == "close" else far.send_bytes(b"{")
     timer = threading.Timer(0.05, link.detach, (GONE,))
     timer.start()
@@ -148,8 +148,8 @@ def test_why_a_process_has_ended_is_waited_for(
     timer.join()
 
 
-def test_a_new_process_is_asked_anew(link: MediaProcessLink, far: Connection) -> None:
-    """The question that the last one did not answer is not its business."""
+def test_a_new_process_gets_new_requests(link: MediaProcessLink, far: Connection) -> None:
+    """A request that the last process did not answer is dropped."""
     with pytest.raises(SenseError):
         link.ask(NEXT, 0.01)
     ours, theirs = Pipe()
@@ -162,8 +162,8 @@ def test_a_new_process_is_asked_anew(link: MediaProcessLink, far: Connection) ->
     ours.close()
 
 
-def test_nobody_waits_for_ever(link: MediaProcessLink, far: Connection) -> None:
-    """However little comes."""
+def test_a_request_times_out(link: MediaProcessLink, far: Connection) -> None:
+    """No answer in time is an error."""
     start_s = time.monotonic()
     with pytest.raises(SenseError):
         link.ask(NEXT, 0.2)
@@ -171,7 +171,7 @@ def test_nobody_waits_for_ever(link: MediaProcessLink, far: Connection) -> None:
 
 
 def test_a_picture_in_memory_is_copied_out() -> None:
-    """What is written later does not change it."""
+    """A later write does not change the copy."""
     descriptor = make_memory()
     near, far = PictureMemory(descriptor), PictureMemory(descriptor)
     first = np.arange(32 * 48, dtype=np.uint8).reshape(48, 32)
@@ -185,7 +185,7 @@ def test_a_picture_in_memory_is_copied_out() -> None:
 
 
 def test_an_answer_without_a_picture_is_no_picture(link: MediaProcessLink, far: Connection) -> None:
-    """A camera that says so is silent, and so is a microphone without sound."""
+    """An empty answer means that camera or microphone delivers nothing."""
     thread = answers(far, encode(Answer()), encode(Answer()))
     with pytest.raises(SourceError, match="camera delivers nothing"):
         RemoteCamera(link, nothing).read()
@@ -216,7 +216,7 @@ def yuv(*shape: int) -> Any:
         Picture(np.broadcast_to(np.uint8(0), (48, 4000)), 1.0),
     ],
 )
-def test_what_is_no_picture_does_not_cross(picture: object) -> None:
+def test_an_invalid_picture_is_refused(picture: object) -> None:
     """The sentence says what it is instead."""
     with pytest.raises(SourceError, match=r"^The camera delivers .*; it must be a Picture"):
         checked_picture(picture)
@@ -235,14 +235,14 @@ def test_what_is_no_picture_does_not_cross(picture: object) -> None:
         Sound(np.zeros(480, np.int16), math.inf),
     ],
 )
-def test_what_is_no_sound_does_not_cross(sound: object) -> None:
+def test_invalid_sound_is_refused(sound: object) -> None:
     """The sentence says what it is instead."""
     with pytest.raises(SourceError, match=r"^The microphone delivers .* samples of the shape"):
         checked_sound(sound)
 
 
-def test_what_is_one_crosses() -> None:
-    """The checks let through what is right, whatever its size."""
+def test_valid_pictures_and_sound_pass() -> None:
+    """The checks accept valid pictures and sound of any size."""
     for picture in (Picture(yuv(3, 2), 0.0), Picture(yuv(3240, 3840), 1)):
         assert checked_picture(picture) is picture
     for samples in (np.zeros(1, np.int16), np.zeros((480, 2), np.int16)):

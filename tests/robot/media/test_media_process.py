@@ -1,4 +1,4 @@
-"""A robot's own camera, microphone and speaker, in a process beside that of its driver."""
+"""A robot's camera, microphone and speaker, in another process than its driver."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def log(tmp_path: Path) -> Log:
 
 @pytest.fixture
 def made(log: Log) -> Iterator[Callable[[str], SensingDriver]]:
-    """Make the robot of this name; it is closed after the test."""
+    """Make the robot of this name; close it after the test."""
     robots: list[SensingDriver] = []
 
     def make(name: str) -> SensingDriver:
@@ -91,7 +91,7 @@ def speaker(robot: SensingDriver) -> Speaker:
 
 
 def first(source: VideoSource) -> Picture:
-    """Open it and return the next picture; the process may need its time to start."""
+    """Open it and return the first picture, once the process has started."""
     source.open()
     end_s = time.monotonic() + PATIENCE_S
     while True:
@@ -103,7 +103,7 @@ def first(source: VideoSource) -> Picture:
 
 
 def problem(source: VideoSource | AudioSource) -> str:
-    """Return the next sentence in place of pictures."""
+    """Return the next error instead of a picture."""
     end_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < end_s:
         try:
@@ -113,10 +113,10 @@ def problem(source: VideoSource | AudioSource) -> str:
     raise AssertionError("it delivers")
 
 
-def test_pictures_come_whole_new_and_with_their_times(robot: SensingDriver) -> None:
-    """Each is of one colour, later and newer than the one before; it does not change.
+def test_pictures_arrive_whole_in_order_and_with_their_times(robot: SensingDriver) -> None:
+    """No picture is torn, repeated or changed later.
 
-    A slow reader gets the newest; a view from outside is a camera with settings of its own.
+    A slow reader gets the newest; the external view has its own settings.
     """
     assert isinstance(robot, HasExternalView)
     above = CameraSettings(name="above", width=32, height=32, fps=60)
@@ -142,7 +142,7 @@ def test_pictures_come_whole_new_and_with_their_times(robot: SensingDriver) -> N
 def test_it_has_the_senses_of_the_driver_and_no_other(
     robot: SensingDriver, made: Callable[[str], SensingDriver]
 ) -> None:
-    """The server asks it as it asks the driver itself."""
+    """It has exactly the driver's capabilities."""
     for sense in (HasCamera, HasExternalView, HasMicrophone, HasSpeaker, KnowsItsView):
         assert isinstance(robot, sense)
     assert robot.own_view.width_m == 0.4
@@ -153,7 +153,7 @@ def test_it_has_the_senses_of_the_driver_and_no_other(
 
 
 def test_sound_comes_in_order_on_its_channels(robot: SensingDriver) -> None:
-    """No block is missing or torn, and both ears get their own; what is old is left out."""
+    """No block is missing or torn, the channels are kept apart, and old sound is dropped."""
     source = microphone(robot)
     source.open()
     until(lambda: not _fails(source))
@@ -163,7 +163,7 @@ def test_sound_comes_in_order_on_its_channels(robot: SensingDriver) -> None:
         read_s.append(time.monotonic())
     numbers = [int(block.samples[0, 0]) for block in blocks]
     for step, pauses_s in zip(np.diff(numbers), pairwise(np.diff(read_s)), strict=True):
-        # One jumps where this process itself was held up, be it with a block that had come.
+        # A gap is allowed only where this process itself was delayed.
         assert step == 1 or (step > 1 and max(pauses_s) > 0.1)
     assert all(np.array_equal(block.samples[:, 0], -block.samples[:, 1]) for block in blocks)
     assert {block.samples.shape for block in blocks} == {(480, 2)}
@@ -187,8 +187,8 @@ def _fails(source: AudioSource) -> bool:
     return False
 
 
-def test_a_voice_is_said(robot: SensingDriver, log: Log) -> None:
-    """All of it and in order; what the speaker refuses is told as it says it."""
+def test_a_voice_is_played(robot: SensingDriver, log: Log) -> None:
+    """All sound arrives in order, and the speaker's own error is raised."""
     mouth = speaker(robot)
     until(lambda: _opens(mouth))
     for number in range(5):
@@ -201,10 +201,10 @@ def test_a_voice_is_said(robot: SensingDriver, log: Log) -> None:
     assert said == [*(f"480 {number}" for number in range(5)), "5760 6"]
 
 
-def test_a_killed_process_is_started_again(robot: SensingDriver, log: Log) -> None:
-    """Meanwhile there is one sentence; the driver, in another process, does not notice.
+def test_a_killed_process_is_restarted(robot: SensingDriver, log: Log) -> None:
+    """The camera reports it, and the driver, in another process, is not affected.
 
-    Both are none of the server's, and the camera's driver is never opened.
+    The server is a third process, and only the driver's process opens the robot.
     """
     source = camera(robot)
     first(source)
@@ -225,7 +225,7 @@ def test_a_killed_process_is_started_again(robot: SensingDriver, log: Log) -> No
 
 
 def test_a_frozen_process_is_replaced(robot: SensingDriver) -> None:
-    """One that does not beat is ended, and another begins."""
+    """A process without heartbeats is replaced."""
     source = camera(robot)
     first(source)
     frozen = int(robot.state().extra["media_pid"])
@@ -238,7 +238,7 @@ def test_a_frozen_process_is_replaced(robot: SensingDriver) -> None:
 
 @pytest.mark.alone
 def test_the_process_ends_with_the_robot(robot: SensingDriver) -> None:
-    """At once, and may begin again."""
+    """It ends within 1 s, and can restart."""
     source = camera(robot)
     first(source)
     pid = int(robot.state().extra["media_pid"])
@@ -265,10 +265,10 @@ WILLS = {
 
 
 @pytest.mark.parametrize("wills", [("raise", "exit", "hang"), *at_length((tuple(WILLS),))])
-def test_a_camera_that_fails_is_one_sentence_and_comes_back(
+def test_a_camera_that_fails_is_a_problem_and_recovers(
     made: Callable[[str], SensingDriver], log: Log, wills: tuple[str, ...]
 ) -> None:
-    """Whatever it does, what is heard and driven goes on, or comes back with its process."""
+    """Whatever the camera does, sound and driving continue, or return with their process."""
     robot = made("Wilful")
     source, ear = camera(robot), microphone(robot)
     first(source)
@@ -299,7 +299,7 @@ def test_a_camera_that_fails_is_one_sentence_and_comes_back(
 
 @pytest.mark.full
 @pytest.mark.parametrize("is_heard", [True, False])
-def test_a_camera_that_hangs_is_tried_anew_where_nobody_suffers(
+def test_a_camera_that_hangs_gets_a_new_process_unless_sound_works(
     made: Callable[[str], SensingDriver], log: Log, is_heard: bool
 ) -> None:
     """Its process is replaced, unless the microphone in it still delivers."""

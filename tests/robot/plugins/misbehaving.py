@@ -25,12 +25,12 @@ _FOR_EVER_S = 3600.0
 
 
 def _hang_with_interpreter() -> None:
-    """Sleep in C without giving the interpreter's lock away, as a bad extension does."""
+    """Sleep in C without releasing the GIL, as a bad extension does."""
     ctypes.PyDLL(None).sleep(int(_FOR_EVER_S))
 
 
 class Good:
-    """What the others spoil."""
+    """The base of the others."""
 
     kind: Any = "good"
     limits: Any = Limits(0.6, 1.5, ttl_s=0.2)
@@ -130,7 +130,7 @@ class HangsInState(Good):
 
 
 class HangsInClose(Good):
-    """And ends by itself, so that it is closed again and again."""
+    """It also exits, so that it is closed again and again."""
 
     def apply(self, twist: Twist, turn: int) -> None:
         sys.exit(4)
@@ -176,7 +176,7 @@ class PrintsMegabytes(Good):
 
 
 class TakesSignals(Good):
-    """Lets nobody end it in good manners, and hangs."""
+    """Ignores the signals to end, and hangs."""
 
     def open(self) -> None:
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGALRM, signal.SIGHUP):

@@ -1,4 +1,4 @@
-"""Whatever a plug-in does, the server goes on: picture, sound, other people's pages, its status."""
+"""Whatever a plug-in does, picture, sound, other people's pages and the status still work."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
 
 _PATIENCE_S: Final = 45.0
 _MORE: Final[dict[Kind, int]] = {"audio": 11, "video": 6}
-"""So many packets of sound, and pictures, are more than what was on its way."""
+"""More sound packets and pictures than were already under way."""
 
 _CONFIG: Final = """
 [server]
@@ -64,7 +64,7 @@ class Server(ServerUnderProof):
         self.http: aiohttp.ClientSession
 
     async def robot(self) -> dict[str, Any] | None:
-        """Answer as soon as the server does, whatever its robot is."""
+        """Answer as soon as the server does, whatever its robot."""
         with contextlib.suppress(aiohttp.ClientError, OSError):
             async with self.http.get(f"{self.url}/healthz") as response:
                 return {} if response.ok else None
@@ -82,7 +82,7 @@ class Server(ServerUnderProof):
         return self._process.returncode is not None
 
     async def sentence(self, says: str, where: str) -> None:
-        """Wait until its status says that; `where` is ``robot`` or ``camera``."""
+        """Wait for this problem in the status; `where` is ``robot`` or ``camera``."""
         said: object = None
         end_s = time.monotonic() + _PATIENCE_S
         while time.monotonic() < end_s and not self.has_ended:
@@ -94,7 +94,7 @@ class Server(ServerUnderProof):
         raise AssertionError(f"{said!r}, not {says!r}; {self.last_line()}")
 
     async def end(self) -> int:
-        """Ask it to end, as a service manager does; return its status."""
+        """End it as a service manager does; return its exit status."""
         assert self._process is not None
         children = psutil.Process(self._process.pid).children(recursive=True)
         self._process.terminate()
@@ -117,7 +117,7 @@ async def serving(folder: Path, driver: str, video: str = "testcard") -> AsyncIt
 
 
 async def goes_on(server: Server, *, picture: bool = True) -> None:
-    """Somebody new comes, sees and hears; the page is served, and the other camera delivers."""
+    """Check that the page is served, a newcomer is sent media, and the other camera delivers."""
     async with server.http.get(server.url) as page:
         assert page.ok
     async with asyncio.timeout(_PATIENCE_S), Client(server.url) as viewer:
@@ -125,7 +125,7 @@ async def goes_on(server: Server, *, picture: bool = True) -> None:
         for kind in kinds:
             await viewer.media.arrived[kind].wait()
             enough = viewer.media.counts(kind).frames + _MORE[kind]
-            while viewer.media.counts(kind).frames < enough:  # noqa: ASYNC110  # it tells nobody
+            while viewer.media.counts(kind).frames < enough:  # noqa: ASYNC110  # nothing to await
                 await asyncio.sleep(0.05)
         assert await viewer.pongs(5.0)
         while not (camera := (await server.status())["cameras"][0])["captured_fps"] > 1:  # noqa: ASYNC110
@@ -139,7 +139,7 @@ BUILT = "The robot's driver cannot be built; retrying. robot.driver: "
 HANGS = "The driver process does not answer; restarting it."
 NO_ANSWER = "The robot does not answer."
 SLOW = pytest.mark.full
-"""It takes the 20 s that a plug-in may need to load, or does much as another of its kind."""
+"""A test that takes the 20 s allowed for loading a plug-in, or much resembles another."""
 
 
 @SLOW
@@ -169,8 +169,8 @@ SLOW = pytest.mark.full
         ("misbehaving:TakesSignals", HANGS),
     ],
 )
-async def test_a_driver_spoils_nothing_but_itself(tmp_path: Path, driver: str, says: str) -> None:
-    """The page says in one sentence what it does; everything else goes on, and ends in order."""
+async def test_a_driver_breaks_nothing_but_itself(tmp_path: Path, driver: str, says: str) -> None:
+    """The status reports the fault; everything else keeps working, and ends in order."""
     async with serving(tmp_path, driver) as server:
         await server.sentence(says, "robot")
         await goes_on(server)
@@ -179,7 +179,7 @@ async def test_a_driver_spoils_nothing_but_itself(tmp_path: Path, driver: str, s
 
 @pytest.mark.parametrize("driver", [pytest.param("RaisesInStop", marks=SLOW), "HangsInStop"])
 async def test_a_driver_that_does_not_stop_is_held_or_ended(tmp_path: Path, driver: str) -> None:
-    """Stop is said again, or the process is replaced; everything else goes on, its camera too."""
+    """Stop is retried or the process replaced; everything else works, its camera too."""
     async with serving(tmp_path, f"misbehaving:{driver}", "robot") as server:
         await server.sentence("None", "robot")
         async with Client(server.url) as viewer:
@@ -197,7 +197,7 @@ async def test_a_driver_that_does_not_stop_is_held_or_ended(tmp_path: Path, driv
 
 @SLOW
 async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> None:
-    """It drives on; of what it prints the log has some lines."""
+    """It keeps working, and the log gets some of its lines."""
     async with serving(tmp_path, "misbehaving:PrintsMegabytes") as server:
         await server.sentence("None", "robot")
         await goes_on(server)
@@ -218,12 +218,12 @@ async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> 
         ("CameraLeaks", "uses more and more of the machine ("),
     ],
 )
-async def test_a_robots_camera_spoils_nothing_but_its_picture(
+async def test_a_robots_camera_breaks_nothing_but_its_picture(
     tmp_path: Path, driver: str, says: str
 ) -> None:
-    """The page says in one sentence what is wrong with it; the robot stays connected."""
+    """The status reports the fault, and the robot stays connected."""
     async with serving(tmp_path, f"misbehaving:{driver}", "robot") as server:
-        async with asyncio.timeout(_PATIENCE_S):  # a camera may say that it starts before that
+        async with asyncio.timeout(_PATIENCE_S):  # a camera may be starting until then
             while not (await server.status())["robot"]["connected"]:  # noqa: ASYNC110
                 await asyncio.sleep(0.05)
         await server.sentence(says, "camera")
