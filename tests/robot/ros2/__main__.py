@@ -1,4 +1,4 @@
-"""From a set-point to the robot, as JSON: `python -m tests.robot.ros2 [COUNT]`."""
+"""Measures set-point to robot, in JSON: `python -m tests.robot.ros2 [COUNT]`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def main(count: int) -> None:
-    """Measure each way, the driver in its own process."""
+    """Measure each transport, the driver in its own process."""
     domain = own_domain()
     bridge = Bridge()
     ways: dict[str, tuple[Base | Bridge, RobotSettings | None]] = {

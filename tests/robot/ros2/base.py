@@ -1,4 +1,4 @@
-"""Robots' bases in processes of their own, and what they were told."""
+"""Robots' bases in processes of their own, and the commands that they have received."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ _MOST_OWN: Final = 12
 def own_domain() -> int:
     """Return a DDS domain that no other test on this machine uses now.
 
-    It is that of whoever has locked its file; each process keeps its last few.
+    It belongs to the process that has locked its file; each keeps its last few.
     """
     while True:
         domain = 1 + next(_COUNT) % 230
-        with suppress(OSError), ExitStack() as held:  # it is another's
+        with suppress(OSError), ExitStack() as held:  # another process has it
             file = held.enter_context(Path(gettempdir(), f"wax-test-domain-{domain}").open("a"))
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             _OWN.append(held.pop_all())
@@ -51,7 +51,7 @@ def own_domain() -> int:
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A command, when it arrived (`time.monotonic`), its stamp and what must be zero in it."""
+    """A command: its arrival (`time.monotonic`), its stamp and the sum of what must be zero."""
 
     at_s: float
     stamp_ns: int
@@ -60,7 +60,7 @@ class Told:
 
 
 class Base:
-    """A base that takes commands, by CycloneDDS or Fast DDS; it starts and ends often."""
+    """A base that takes commands, by CycloneDDS or Fast DDS; it can restart."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class Base:
         return self
 
     def end(self) -> None:
-        """End it, as a node that is shut down; safe to call twice."""
+        """End it as a node is shut down; safe to call twice."""
         process, self._process = self._process, None
         if process is not None:
             assert process.stdin is not None
@@ -108,18 +108,18 @@ class Base:
         self._write(json.dumps(message))
 
     def say_odometry(self, *numbers: float) -> None:
-        """Publish x, y, the quaternion's z and w, v and ω, as the base on Fast DDS takes them."""
+        """Publish x, y, the quaternion's z and w, v and ω from the base on Fast DDS."""
         self._write("odometry " + " ".join(map(str, numbers)))
 
     def promise(self, node: str, name: str, value: float) -> None:
-        """Answer for this parameter of a node from now on."""
+        """Answer requests for this parameter of a node."""
         if self._is_fast:
             self._write(f"parameter {node} {name} {value}")
         else:
             self.say("parameter", node, name, value)
 
     def told(self) -> list[Told]:
-        """Return what arrived so far."""
+        """Return the commands so far."""
         with self._lock:
             return list(self._told)
 
@@ -155,7 +155,7 @@ class Base:
 
 
 def fastdds_base() -> Path:
-    """Build the base on Fast DDS; without its library the test is skipped, but not in CI."""
+    """Build the base on Fast DDS; without its library, skip the test, or fail it in CI."""
     compiler = shutil.which("g++")
     if compiler is None or not Path("/usr/include/fastdds/dds").is_dir():
         sentence = "Fast DDS is missing; type: sudo apt-get install -y g++ libfastrtps-dev"

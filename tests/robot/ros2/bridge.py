@@ -1,7 +1,7 @@
-"""A rosbridge server for one robot, by the protocol's text: none is to be had here.
+"""A rosbridge server for one robot, written from the protocol: a real one needs ROS.
 
-It answers what `ROSBRIDGE_PROTOCOL.md` says: `advertise`, `publish`, `subscribe`, `call_service`
-for the three questions of rosapi, and `status` for what cannot be.
+It implements, of `ROSBRIDGE_PROTOCOL.md`, `advertise`, `publish`, `subscribe`, `call_service`
+for three services of rosapi, and `status` for errors.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ NODE = "/rosbridge_websocket"
 
 
 class Bridge:
-    """It starts on a port of its own, and again on the same; `publishers` are the graph's.
+    """A server that restarts on the same port; `publishers` are the graph's.
 
-    `driving` is the line that has last asked for motion, `asked` the path and the credentials by
-    which the last one came.
+    `driving` is the connection that has last sent motion, `asked` the path and the credentials of
+    the last one.
     """
 
     def __init__(
@@ -63,14 +63,14 @@ class Bridge:
         return self
 
     def end(self) -> None:
-        """Hang up on everybody; safe to call twice."""
+        """Close every connection; safe to call twice."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._loop.call_soon_threadsafe(self._end.set)
             thread.join(10)
 
     def turn_deaf(self, *, deaf: bool) -> None:
-        """Read no more, or again."""
+        """Stop reading, or resume."""
         change = self._hears.clear if deaf else self._hears.set
         self._loop.call_soon_threadsafe(change)
 
@@ -84,7 +84,7 @@ class Bridge:
             return told
 
     def say(self, topic: str, message: object) -> None:
-        """Publish to whoever has subscribed."""
+        """Publish to the subscribers."""
         asyncio.run_coroutine_threadsafe(self._publish(topic, message), self._loop).result(5)
 
     def say_raw(self, text: str) -> None:
@@ -116,7 +116,7 @@ class Bridge:
             async for frame in line:
                 if frame.type is WSMsgType.TEXT:
                     await self._hear(line, json.loads(frame.data))
-                # While it is deaf it reads no more, as behind a network that carries nothing.
+                # A deaf server reads nothing, as behind a network that carries nothing.
                 await self._hears.wait()
         finally:
             self.lines.discard(line)
@@ -173,6 +173,6 @@ class Bridge:
 
     async def _send_all(self, text: str) -> None:
         for line in list(self.lines):
-            # Who hangs up over a message keeps it from nobody else.
+            # A connection that fails does not keep the message from the others.
             with contextlib.suppress(ConnectionError):
                 await line.send_str(text)

@@ -80,14 +80,14 @@ class Node(Listener):
                     for name in asked.names
                     if name in self._known
                 ]
-                # Another client's answer comes first: it must not be taken for ours.
+                # Another client's answer comes first: it must not count as ours.
                 other = [parameters_idl.ParameterValue(type=3, double_value=99.0)]
                 self._writer.write(parameters_idl.HeadedAnswer(asked.guid + 1, asked.seq, other))
                 self._writer.write(parameters_idl.HeadedAnswer(asked.guid, asked.seq, values))
 
 
 def build(kind: Any, values: dict[str, Any]) -> Any:
-    """Make a message from what JSON has of it."""
+    """Make a message from JSON with some of its members."""
     hints = typing.get_type_hints(kind, include_extras=True)
     blank = kind()
     for name, value in values.items():
@@ -130,7 +130,7 @@ def main() -> None:
             writers[where] = DataWriter(member, Topic(member, dds_topic(where), cls), Qos(reliable))
         if values:
             writers[where].write(build(cls, values[0]))
-    # One that is let go of while it tells would be deleted where it tells, and wait for itself.
+    # A reader released during its callback would be deleted in it, and wait for itself.
     for told in (reader, *(node.reader for node in nodes)):
         told.set_listener(None)
     del told, reader, writers, nodes, domain

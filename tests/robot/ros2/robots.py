@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 
 class Hears(Protocol):
-    """The robot's end, whatever is between."""
+    """The robot's end of any transport."""
 
     def told(self) -> list[Told]:
-        """Return what arrived so far."""
+        """Return the commands so far."""
         ...
 
 
 def ros2_settings(domain: int, **own: Any) -> RobotSettings:
-    """Return a robot on this machine alone."""
+    """Return the settings of a robot on this machine."""
     ros2 = {"domain": domain, "interface": "127.0.0.1", "zeros_s": 1.5, "reopen_s": 0.05}
     return RobotSettings.model_validate(
         {"driver": "ros2", "ros2": ros2 | {"odometry": "/odom"} | own}
@@ -55,7 +55,7 @@ def feed(driver: Driver, twist: Twist, *, for_s: float, every_s: float = 0.02) -
 
 
 def driven(base: Hears, driver: Driver, twist: Twist) -> None:
-    """Drive until the base has heard it; from standstill, again where a machine was too busy."""
+    """Drive from standstill until the base has received it; retry on a busy machine."""
     end_s = time.monotonic() + 5.0
     while not any(told.twist == twist for told in base.told()):
         assert time.monotonic() < end_s, (base.told()[-5:], driver.state())
@@ -64,7 +64,7 @@ def driven(base: Hears, driver: Driver, twist: Twist) -> None:
 
 
 def standing(base: Hears) -> None:
-    """Wait until a standstill is the last that the base has heard: nothing else is on its way."""
+    """Wait until the base's newest command is standstill: no other is under way."""
     end_s = time.monotonic() + 5.0
     while not (told := base.told()) or not told[-1].twist.is_zero:
         assert time.monotonic() < end_s, told[-5:]
@@ -72,7 +72,7 @@ def standing(base: Hears) -> None:
 
 
 def told(driver: Driver, tell: Callable[[], None], so: Callable[[RobotState], bool]) -> RobotState:
-    """Let the robot tell it, again and again as robots do, until the driver knows."""
+    """Call `tell` repeatedly, as robots publish, until `so` holds for the driver's state."""
     end_s = time.monotonic() + 20.0
     while not so(state := driver.state()):
         assert time.monotonic() < end_s, state
@@ -82,7 +82,7 @@ def told(driver: Driver, tell: Callable[[], None], so: Callable[[RobotState], bo
 
 
 def key_to_wire_s(base: Hears, driver: Driver, count: int) -> list[float]:
-    """Say so many new set-points, at random phases, and return how long each took to arrive."""
+    """Send `count` new set-points at random phases, and return how long each took to arrive."""
     driven(base, driver, Twist(0.1, 0.0))
     said: dict[Twist, float] = {}
     for number in range(count):

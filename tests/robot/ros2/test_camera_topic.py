@@ -62,12 +62,12 @@ def raw(encoding: str, pixels: Any, *, pad: int = 0) -> SimpleNamespace:
     ],
 )
 def test_colours_are_in_their_order(encoding: str, pixels: Any, pad: int) -> None:
-    """Each order of colours becomes OpenCV's, also where rows are longer than their pixels."""
+    """Each order of colours becomes OpenCV's, even with padded rows."""
     assert np.array_equal(to_bgr(raw(encoding, pixels, pad=pad)), BGR)
 
 
-def test_grey_and_half_colour_are_known() -> None:
-    """One octet a pixel is grey; UYVY and YUYV hold the brightness in different places."""
+def test_grey_and_subsampled_colour_are_decoded() -> None:
+    """One octet a pixel is grey; UYVY and YUYV differ in where they have the luma."""
     grey = np.full((6, 8), 77, np.uint8)
     assert to_bgr(raw("mono8", grey)).max() == 77
     uyvy = np.tile(np.array([128, 180], np.uint8), (6, 8))
@@ -77,8 +77,8 @@ def test_grey_and_half_colour_are_known() -> None:
 
 
 @pytest.mark.parametrize("encoding", ["mono16", "16UC1"])
-def test_deep_grey_is_known_in_both_orders(encoding: str) -> None:
-    """Sixteen bits a pixel are grey of full range, whichever octet comes first."""
+def test_16_bit_grey_is_decoded_in_both_byte_orders(encoding: str) -> None:
+    """16 bits a pixel are full-range grey, whichever octet comes first."""
     for big, order in ((0, "<u2"), (1, ">u2")):
         deep = np.full((6, 8), 77 * 257, order)
         message = raw(encoding, deep.view(np.uint8))
@@ -87,8 +87,8 @@ def test_deep_grey_is_known_in_both_orders(encoding: str) -> None:
 
 
 @pytest.mark.parametrize("first", ["rggb", "bggr", "gbrg", "grbg"])
-def test_a_bare_sensors_mosaic_gets_its_colours(first: str) -> None:
-    """The form names the colours of the first four pixels, row by row."""
+def test_a_bayer_mosaic_gets_its_colours(first: str) -> None:
+    """The encoding names the colours of the first four pixels, row by row."""
     values = {"r": 200, "g": 100, "b": 30}
     tile = np.array([values[one] for one in first]).reshape(2, 2)
     found = to_bgr(raw(f"bayer_{first}8", np.tile(tile, (3, 4))))
@@ -96,7 +96,7 @@ def test_a_bare_sensors_mosaic_gets_its_colours(first: str) -> None:
 
 
 def test_compressed_pictures_are_decoded() -> None:
-    """JPEG and PNG come through; base64 is how JSON has them."""
+    """Compressed pictures are decoded, even in base64, as in JSON."""
     done, png = cv2.imencode(".png", BGR)
     assert done
     message = SimpleNamespace(format="png", data=png.tobytes())
@@ -120,21 +120,21 @@ def test_compressed_pictures_are_decoded() -> None:
         (SimpleNamespace(format=["png"], data=b"no png"), "no picture"),
     ],
 )
-def test_what_is_no_picture_says_its_encoding(message: Any, what: str) -> None:
-    """What cannot be shown is refused with what it is."""
+def test_an_invalid_picture_is_refused_with_its_encoding(message: Any, what: str) -> None:
+    """The error says what the message is."""
     with pytest.raises(ValueError, match=what):
         to_bgr(message)
 
 
 class Timed(TurnedClock):
-    """One whose time of day goes on, too."""
+    """A clock whose wall-clock time advances, too."""
 
     def wall_ms(self) -> int:
         return round(self.time_s * 1000)
 
 
 class Replayed:
-    """A link that hands over pictures with these stamps, one each 0.1 s of a clock."""
+    """A link that delivers pictures with these stamps, one every 0.1 s."""
 
     def __init__(self, stamps_s: list[float], clock: TurnedClock) -> None:
         self._stamps_s = stamps_s
@@ -157,7 +157,7 @@ class Replayed:
 def replayed(
     monkeypatch: pytest.MonkeyPatch, stamps_s: list[float], *, stamped: bool
 ) -> list[tuple[float, float | None]]:
-    """Return how old each picture is said to be, and within what."""
+    """Return each picture's age in s, and its error bound."""
     clock = Timed()
     link = Replayed(list(stamps_s), clock)
     monkeypatch.setattr("wax.robot.ros2.camera.open_link", lambda *_, **__: link)
@@ -175,10 +175,10 @@ def replayed(
 @pytest.mark.parametrize(
     ("off_s", "knows"), [(0.0, True), (-0.5, True), (0.5, False), (-9.3, False)]
 )
-def test_a_stamp_that_cannot_be_is_nobodys(
+def test_an_impossible_stamp_is_ignored(
     monkeypatch: pytest.MonkeyPatch, off_s: float, *, knows: bool
 ) -> None:
-    """A robot whose clock is 9.3 s behind, or ahead, is watched; nobody drives by its pictures."""
+    """With a clock too far off, the picture is shown, but its age is unknown."""
     wall_s = Timed().wall_ms() / 1000
     stamps_s = [wall_s + off_s + 0.1 * number for number in range(1, 6)]
     seen = replayed(monkeypatch, stamps_s, stamped=True)
@@ -186,10 +186,10 @@ def test_a_stamp_that_cannot_be_is_nobodys(
     assert [age_s for age_s, _ in seen] == [-off_s if knows else 0.0] * 5
 
 
-def test_without_a_common_clock_a_stamp_tells_what_has_waited(
+def test_without_a_common_clock_stamps_show_a_queue(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Stamps of any clock: a picture that was on its way for longer than others is as old."""
+    """By stamps of any clock, a picture that took longer than others is that much older."""
     jammed_s = [8.41, 8.42, 8.43, 8.53]
     stamps_s = [7.0 + 0.1 * number for number in range(15)] + jammed_s
     seen = replayed(monkeypatch, stamps_s, stamped=False)
@@ -199,7 +199,7 @@ def test_without_a_common_clock_a_stamp_tells_what_has_waited(
 
 
 def test_a_picture_that_is_published_again_is_not_new(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With its stamp of before, as a latched topic repeats it, it is left out, and then old."""
+    """With an unchanged stamp, as from a latched topic, it is left out, and soon of no age."""
     stamps_s = [7.0 + 0.1 * min(number, 12) for number in range(30)]
     seen = replayed(monkeypatch, stamps_s, stamped=False)
     assert [within_s is not None for _, within_s in seen[9:13]] == [False, True, True, True]
@@ -208,14 +208,14 @@ def test_a_picture_that_is_published_again_is_not_new(monkeypatch: pytest.Monkey
 
 
 def camera(settings: Any) -> VideoSource:
-    """Make one as the media process does: of a robot that is never opened."""
+    """Make a camera as the media process does, of a robot that is never opened."""
     robot = make_driver(settings, SystemClock())
     assert isinstance(robot, HasCamera)
     return robot.camera(VideoSettings(width=64, height=48), SystemClock())
 
 
 def assert_shows(source: VideoSource, tell: Callable[[], None]) -> None:
-    """See pictures for a while; the left half is blue, the right one green."""
+    """Read pictures for a while; check that the left half is blue, the right one green."""
     done = threading.Event()
 
     def publish() -> None:
@@ -253,7 +253,7 @@ def jpeg() -> str:
 @pytest.mark.system
 @pytest.mark.parametrize("kind", ["Image", *at_length("CompressedImage")])
 def test_pictures_come_by_dds(kind: str) -> None:
-    """A camera's topic is shown at the size that is wanted, from a robot that is never opened."""
+    """Pictures have the configured size, from a robot that is never opened."""
     pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
     domain, type_name = own_domain(), f"sensor_msgs/msg/{kind}"
     base = Base(domain).start()
@@ -270,7 +270,7 @@ def test_pictures_come_by_dds(kind: str) -> None:
 
 @pytest.mark.system
 def test_pictures_come_by_rosbridge() -> None:
-    """By rosbridge a compressed picture is base64 in JSON."""
+    """By rosbridge, a compressed picture in base64 is shown."""
     bridge = Bridge().start()
     message = {"format": "jpeg", "data": jpeg(), "header": {"stamp": {"sec": 0, "nanosec": 0}}}
     try:
@@ -283,8 +283,8 @@ def test_pictures_come_by_rosbridge() -> None:
 
 
 @pytest.mark.system
-def test_a_camera_that_shows_nothing_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without pictures, or a topic of theirs, the source is a sentence, not a wait for ever."""
+def test_a_camera_without_pictures_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pictures, or without a topic, opening fails instead of waiting for ever."""
     pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
     with pytest.raises(SourceError, match=r"robot\.ros2\.camera"):
         camera(ros2_settings(own_domain())).open()

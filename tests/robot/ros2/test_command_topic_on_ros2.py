@@ -1,4 +1,4 @@
-"""What the driver says of a robot that cannot be driven, and what the robot tells of itself."""
+"""Why a robot cannot be driven, and what it reports of itself."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def says(code: str) -> Callable[[RobotState], bool]:
 
 
 def test_nobody_listens(make: Callable[..., Driver]) -> None:
-    """Without a subscriber there is no robot, and a sentence says so."""
+    """Without a subscriber there is no robot, which is a problem."""
     driver = make()
     driver.open()
     until(driver, says("ros2.nobody_listens"))
@@ -68,7 +68,7 @@ def test_nobody_listens(make: Callable[..., Driver]) -> None:
 def test_a_second_publisher_stops_the_robot(
     make: Callable[..., Driver], base: Base, domain: int
 ) -> None:
-    """While somebody else gives commands, too, the robot is told to stand, and nothing moves it."""
+    """While somebody else publishes, too, the robot gets standstill, and nothing moves it."""
     driver = opened_on(base, make())
     driven(base, driver, AHEAD)
     other = Base(domain, topic="/elsewhere").start()
@@ -81,7 +81,7 @@ def test_a_second_publisher_stops_the_robot(
         base.forget()
         forgot_s = time.monotonic()
         feed(driver, AHEAD, for_s=0.5)
-        # Once the robot was told long enough to stand, the topic is the other publisher's.
+        # After standstill's time the topic is the other publisher's.
         while time.monotonic() - max([forgot_s, *(told.at_s for told in base.told())]) < 1.2:
             time.sleep(0.05)
         assert all(told.twist.is_zero for told in base.told())
@@ -94,8 +94,8 @@ def test_a_second_publisher_stops_the_robot(
     assert all(told.twist.is_zero for told in base.told())
 
 
-def test_a_base_that_is_back_stands(make: Callable[..., Driver], base: Base) -> None:
-    """A stop is heard; and one that has ended and begins again is not moved by a held control."""
+def test_a_base_that_returns_stands(make: Callable[..., Driver], base: Base) -> None:
+    """A held input does not move a base that has ended and restarted; a stop reaches it."""
     driver = opened_on(base, make())
     driven(base, driver, AHEAD)
     driver.stop(1)
@@ -114,7 +114,7 @@ def test_a_base_that_is_back_stands(make: Callable[..., Driver], base: Base) -> 
 
 @pytest.mark.full
 def test_a_frozen_standby_is_no_stranger(make: Callable[..., Driver], base: Base) -> None:
-    """Once it is killed the next one takes its place, although DDS tells of it for 10 s more."""
+    """The next standby takes its place, although DDS lists the killed one for 10 s more."""
     driver = opened_on(base, make())
     driven(base, driver, AHEAD)
     os.kill(vars(driver)["_session"]._standby._process.pid, signal.SIGSTOP)
@@ -127,7 +127,7 @@ def test_a_frozen_standby_is_no_stranger(make: Callable[..., Driver], base: Base
 
 
 def test_another_server_is_named(make: Callable[..., Driver], base: Base) -> None:
-    """Two servers on one topic: both say so, and neither drives."""
+    """Two servers on one topic both report it, and neither drives."""
     first = opened_on(base, make())
     second = make()
     second.open()
@@ -139,7 +139,7 @@ def test_another_server_is_named(make: Callable[..., Driver], base: Base) -> Non
 def test_a_wrong_type_is_named(
     make: Callable[..., Driver], domain: int, theirs: str, ours: bool
 ) -> None:
-    """A robot that takes the other kind of Twist hears nothing; the sentence names both types."""
+    """A robot that takes the other kind of Twist gets nothing; the problem names both types."""
     base = Base(domain, kind=theirs).start()
     try:
         driver = make(stamped=ours)
@@ -156,7 +156,7 @@ def test_a_wrong_type_is_named(
 
 
 def test_commands_that_the_robot_refuses_are_named(make: Callable[..., Driver], base: Base) -> None:
-    """A robot that asks for reliable commands is not reached by best effort."""
+    """Best effort does not reach a robot that requires reliable commands."""
     base.start()
     driver = make(reliability="best_effort")
     driver.open()
@@ -165,7 +165,7 @@ def test_commands_that_the_robot_refuses_are_named(make: Callable[..., Driver], 
 
 
 def test_an_interface_that_is_not_there_is_named(make: Callable[..., Driver]) -> None:
-    """DDS that cannot start is one sentence, and tried again."""
+    """DDS that cannot start is a problem that names the interface."""
     driver = make(interface="10.254.254.1")
     driver.open()
     until(driver, says("ros2.no_dds"))
@@ -175,8 +175,8 @@ def test_an_interface_that_is_not_there_is_named(make: Callable[..., Driver]) ->
 HAZARDS = "irobot_create_msgs/msg/HazardDetectionVector"
 
 
-def test_what_the_robot_tells_is_read(make: Callable[..., Driver], base: Base) -> None:
-    """Volts and charge; a collision while it lasts; and an ERROR in the robot's own words."""
+def test_the_robots_state_is_read(make: Callable[..., Driver], base: Base) -> None:
+    """Voltage and charge, a collision while it lasts, and an ERROR in the robot's own words."""
     topics = {"battery": "/battery_state", "bumper": "/bumper", "diagnostics": "/diagnostics"}
     driver = opened_on(base, make(**topics, bumper_type=HAZARDS))
     message = {"voltage": 11.5, "percentage": 0.75, "cell_voltage": [3.5, 4.0], "location": "rear"}
@@ -218,7 +218,7 @@ def test_what_the_robot_tells_is_read(make: Callable[..., Driver], base: Base) -
 def test_the_bumper_is_read(
     make: Callable[..., Driver], base: Base, type_name: str, pressed: Any, released: Any
 ) -> None:
-    """A collision is seen while it lasts, in each of the older forms."""
+    """A collision is reported while it lasts, in each of the older types."""
     driver = opened_on(base, make(bumper="/bumper", bumper_type=type_name))
     told(driver, lambda: base.say(type_name, "/bumper", pressed), lambda state: state.bumpers > 0)
     told(driver, lambda: base.say(type_name, "/bumper", released), lambda state: not state.bumpers)
@@ -226,10 +226,10 @@ def test_the_bumper_is_read(
 
 @pytest.mark.parametrize("is_fast", [False, *at_length(True)], ids=["CycloneDDS", "Fast DDS"])
 @pytest.mark.parametrize("name", ["cmd_vel_timeout", *at_length("velocity_timeout")])
-def test_the_robots_time_out_is_asked(
+def test_the_robots_timeout_is_requested(
     make: Callable[..., Driver], domain: int, is_fast: bool, name: str
 ) -> None:
-    """What the node that takes the commands promises is shown, by whichever DDS it speaks."""
+    """The timeout of the node that takes the commands is reported, with either DDS."""
     base = Base(domain, fast=is_fast).start()
     try:
         base.promise("/base", name, 0.5)
@@ -246,7 +246,7 @@ def test_the_robots_time_out_is_asked(
 def test_a_robot_that_promises_less_is_not_driven(
     make: Callable[..., Driver], base: Base, theirs: float
 ) -> None:
-    """A time-out that is off, or longer than the host has written, is a sentence."""
+    """A timeout that is off, or longer than configured, is a problem."""
     base.start()
     base.promise("/controllers/diff", "cmd_vel_timeout", theirs)
     driver = make(timeout_s=0.5)

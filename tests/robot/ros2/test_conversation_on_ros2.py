@@ -1,4 +1,4 @@
-"""What is said to the robot and told of it, on a clock of the test's own."""
+"""What is sent to the robot and reported of it, on a manual clock."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def said(talk: Ros2Conversation, start_s: float, for_s: float) -> list[Twist]:
     return [twist for twist in told if twist is not None]
 
 
-def test_a_stop_is_said_while_somebody_else_drives_the_robot() -> None:
-    """Whoever presses Stop is heard by the robot, although WAX does not drive it now."""
+def test_a_stop_is_sent_while_somebody_else_drives_the_robot() -> None:
+    """Stop reaches the robot even while WAX does not drive it."""
     talk = conversation()
     talk.judged(None, alone=True)
     talk.apply(STANDSTILL, 1, 0.0)
@@ -43,8 +43,8 @@ def test_a_stop_is_said_while_somebody_else_drives_the_robot() -> None:
     assert not talk.owes(80.0)
 
 
-def test_what_the_robot_promises_is_told_as_long_as_it_does() -> None:
-    """Its time-out is in the state, also where it may not be driven, but not once it is gone."""
+def test_the_robots_timeout_is_reported_while_it_is_known() -> None:
+    """The timeout is in the state, even if the robot may not be driven, until it is gone."""
     talk = conversation()
     assert talk.state(0.0).ttl_s is None
     talk.promised(0.5)

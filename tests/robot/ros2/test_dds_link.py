@@ -1,4 +1,4 @@
-"""The connection straight into DDS, alone on its topic."""
+"""The direct connection to DDS, alone on its topic."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def on_this_machine(domain: int) -> Ros2Settings:
 
 
 def test_listening_to_no_topic_takes_no_processor() -> None:
-    """Where nothing is subscribed to, as with the defaults, whoever listens waits all the same."""
+    """Without subscriptions, as by default, `take` still waits."""
     link = open_link(on_this_machine(own_domain()), SystemClock(), mark="wax")
     try:
         since_s = time.monotonic()
@@ -33,8 +33,8 @@ def test_listening_to_no_topic_takes_no_processor() -> None:
 
 
 @pytest.mark.system
-def test_it_is_closed_though_nobody_acknowledges() -> None:
-    """A base that is frozen is told the last word, and not waited for."""
+def test_it_closes_without_an_acknowledgement() -> None:
+    """Closing does not wait for a frozen base."""
     domain = own_domain()
     base = Base(domain).start()
     assert base._process is not None

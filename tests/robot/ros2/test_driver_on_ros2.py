@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.system, pytest.mark.full, pytest.mark.timeout(120)]
 
 
 class TestByDds(DriverSafety):
-    """Seen by what the base was told."""
+    """Observed by the base's commands."""
 
     own: ClassVar[dict[str, Any]] = {}
     make = staticmethod(make_driver)
@@ -47,7 +47,7 @@ class TestByDds(DriverSafety):
         self.base.start()
 
     def test_it_is_what_was_configured(self, driver: Driver) -> None:
-        """Kind and limits are known before it is opened; no time-out is claimed that none gave."""
+        """Kind and limits are known before it is opened; without a known timeout it has none."""
         assert driver.kind == "ros2"
         assert (driver.limits.linear_mps, driver.limits.angular_rps) == (0.6, 1.5)
         assert driver.limits.ttl_s is None

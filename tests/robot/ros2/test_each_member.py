@@ -1,4 +1,4 @@
-"""Each member of a message counts for itself: what else was told stays known."""
+"""Each member of a message counts for itself: a wrong one leaves the others known."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ NEEDS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "bumper": {"bumped": ("detections.1.type",)},
     "diagnostics": {"fault": ("status.1.level", "status.1.name", "status.1.message")},
 }
-"""What is known from a complete message, and what of it each needs."""
+"""What is known from a complete message, and the members that each needs."""
 
 
 def touches(path: Path, needed: str) -> bool:
@@ -129,15 +129,15 @@ def touches(path: Path, needed: str) -> bool:
 
 
 @pytest.mark.parametrize("kind", MESSAGES)
-def test_what_else_was_told_stays_known(kind: str) -> None:
-    """Whichever member is removed, null or of another type, all that does not need it is told."""
+def test_the_other_members_stay_known(kind: str) -> None:
+    """If a member is missing, null or wrong, all that does not need it is still known."""
     whole = known(kind, spoilt(kind, ("extra",), 7))
     told = {name for name, value in whole.items() if value}
     assert told == set(NEEDS[kind])
     for path in places(MESSAGES[kind]):
         for wrong in WRONG:
             if wrong is REMOVED and isinstance(path[-1], int):
-                continue  # the others move up: that is another list
+                continue  # the others would move up
             now = known(kind, spoilt(kind, path, wrong))
             for name, needed in NEEDS[kind].items():
                 if not any(touches(path, one) for one in needed):
@@ -146,8 +146,8 @@ def test_what_else_was_told_stays_known(kind: str) -> None:
 
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda value: repr(value)[:9])
 @pytest.mark.parametrize("name", ["voltage", "percentage"])
-def test_what_stops_and_is_not_told_holds_with_its_name(name: str, wrong: Any) -> None:
-    """The link stays; only the gauge that needs the missing number holds the robot."""
+def test_a_missing_gauge_that_stops_holds_by_its_name(name: str, wrong: Any) -> None:
+    """The link stays up; only the gauge that needs the missing number holds the robot."""
     talk = Ros2Conversation(ros2_settings(0).own(Ros2Settings), Limits(0.5, 1.0))
     talk.judged(None, alone=True)
     talk.handle_message("battery", spoilt("battery", (name,), wrong), 1.0)
@@ -168,10 +168,10 @@ def test_what_stops_and_is_not_told_holds_with_its_name(name: str, wrong: Any) -
         ("twist", 14, Pose(1.0, 2.0, 0.0), False),
     ],
 )
-def test_a_negative_variance_is_a_value_that_nobody_measured(
+def test_a_negative_variance_means_not_measured(
     part: str, place: int, pose: Pose | None, moving: bool | None
 ) -> None:
-    """ROS says so by -1; the zero beside it is no standstill."""
+    """By -1 in ROS; the zero with it is not standstill."""
     covariance = [-1.0 if at == place else 0.1 for at in range(36)]
     message = spoilt("odometry", (part, "covariance"), covariance)
     message.twist.twist.linear.x = 0.0
@@ -180,15 +180,15 @@ def test_a_negative_variance_is_a_value_that_nobody_measured(
 
 
 def test_a_quaternion_of_zeros_is_no_heading() -> None:
-    """A driver without an orientation leaves it so; whether the robot moves is told."""
+    """A robot without an orientation sends zeros; its motion is still known."""
     message = spoilt("odometry", ("pose", "pose", "orientation", "w"), 0.0)
     now = known("odometry", message)
     assert (now["pose"], now["moving"]) == (None, True)
 
 
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda value: repr(value)[:9])
-def test_a_bumper_that_is_not_said_which_is_pressed(wrong: Any) -> None:
-    """Of a press without its place it is known that it is one, and when it ends."""
+def test_a_press_without_its_bumper_counts(wrong: Any) -> None:
+    """A press without its place is known, and so is its end."""
     senses = RosSenses()
     event = {} if wrong is REMOVED else {"bumper": wrong}
     senses.handle_message("bumper", SimpleNamespace(**event, state=1), 1.0)
@@ -200,7 +200,7 @@ def test_a_bumper_that_is_not_said_which_is_pressed(wrong: Any) -> None:
 @pytest.mark.parametrize("member", ["format", "header", "step", "is_bigendian"])
 @pytest.mark.parametrize("wrong", [REMOVED, None, 0])
 def test_a_picture_needs_only_what_its_pixels_need(member: str, wrong: Any) -> None:
-    """A JPEG says itself what it is, and rows that fill the picture have no gap."""
+    """Members that the pixels do not depend on may be missing or wrong."""
     raw = {"encoding": "bgr8", "width": 2, "height": 1, "step": 6, "is_bigendian": 0}
     message = {"header": {}, "format": "", "data": bytes(range(6))} | raw
     message.pop(member) if wrong is REMOVED else message.update({member: wrong})
@@ -208,15 +208,15 @@ def test_a_picture_needs_only_what_its_pixels_need(member: str, wrong: Any) -> N
 
 
 @pytest.mark.parametrize("wrong", [REMOVED, None, 7])
-def test_a_jpeg_is_read_without_its_format(wrong: Any) -> None:
-    """The member only names what the octets say themselves."""
+def test_a_compressed_picture_is_read_without_its_format(wrong: Any) -> None:
+    """The octets themselves say their format."""
     octets = cv2.imencode(".png", np.full((2, 2, 3), 9, np.uint8))[1].tobytes()
     form = {} if wrong is REMOVED else {"format": wrong}
     assert to_bgr(SimpleNamespace(data=octets, **form)).max() == 9
 
 
 def test_octets_may_be_a_list_of_numbers() -> None:
-    """Not every bridge writes them in base64; a list of anything else is no picture."""
+    """Some bridges do not use base64; a list of anything else is refused."""
     picture = {"encoding": "mono8", "width": 2, "height": 1, "step": 2}
     assert to_bgr(SimpleNamespace(data=[7, 9], **picture))[0, :, 0].tolist() == [7, 9]
     for wrong in ([7, 256], [7, None], [7, "9"]):

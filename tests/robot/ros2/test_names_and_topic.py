@@ -1,4 +1,4 @@
-"""Names as ROS 2 writes them, who is on the topic, and CycloneDDS's configuration."""
+"""Names in ROS 2, who is on the topic, and CycloneDDS's configuration."""
 
 from __future__ import annotations
 
@@ -50,18 +50,18 @@ def test_names_are_those_of_ros_2() -> None:
     ],
 )
 def test_who_is_on_the_topic(traffic: Traffic, expected: str | None) -> None:
-    """A robot that takes our commands alone can be driven; what is not known holds nobody."""
+    """Only a robot that takes our commands alone is driven; the unknown holds nobody."""
     assert code(traffic) == expected
 
 
-def test_a_standby_and_a_stranger_are_a_stranger() -> None:
-    """Only a standby alone is waited for."""
+def test_a_stranger_counts_more_than_a_standby() -> None:
+    """With both on the topic, the problem is the stranger."""
     both = (OTHER, Endpoint("s", BASE.type_name, STANDBY))
     assert code(Traffic((BASE,), both, 1)) == "ros2.other_publisher"
 
 
 def test_a_subscriber_that_was_not_there_is_new() -> None:
-    """Whoever comes is new once, also after a leave; who goes, or takes another type, is not."""
+    """A newcomer is new once, even after leaving; one that leaves or has another type is not."""
     other = Endpoint("r", IN_DDS)
     again = Endpoint("t2", IN_DDS)
     strange = Endpoint("x", STAMPED_IN_DDS)
@@ -87,7 +87,7 @@ def test_a_subscriber_that_was_not_there_is_new() -> None:
 
 
 def test_the_loopback_interface_has_no_multicast() -> None:
-    """There, the other side is looked for at its address."""
+    """On loopback, peers are found by their address."""
     for name in ("127.0.0.1", "lo", "localhost"):
         tree = ET.fromstring(cyclone_config(name, []))
         assert tree.findtext("Domain/General/AllowMulticast") == "false"
@@ -95,7 +95,7 @@ def test_the_loopback_interface_has_no_multicast() -> None:
 
 
 def test_an_interface_is_named_or_addressed() -> None:
-    """CycloneDDS has two attributes for it; without one it chooses itself."""
+    """CycloneDDS has an attribute for each; without any it chooses itself."""
     interface = "Domain/General/Interfaces/NetworkInterface"
     named = ET.fromstring(cyclone_config("wlan0", [])).find(interface)
     addressed = ET.fromstring(cyclone_config("192.168.1.7", ["192.168.1.9"])).find(interface)
@@ -106,14 +106,14 @@ def test_an_interface_is_named_or_addressed() -> None:
     assert ET.fromstring(cyclone_config("", [])).find(interface) is None
 
 
-def test_what_the_environment_says_comes_first() -> None:
-    """CYCLONEDDS_URI stays in force where ours says nothing else."""
+def test_the_environment_comes_first() -> None:
+    """CYCLONEDDS_URI stays in force except where ours overrides it."""
     assert cyclone_config("", [], "file:///etc/dds.xml").startswith("file:///etc/dds.xml,<")
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_cdr_is_read_in_either_order(order: str) -> None:
-    """Numbers are aligned from after the head, and strings end in a zero."""
+    """Alignment counts from after the header, and strings end in a zero."""
     head = bytes([0, int(order == "<"), 0, 0])
     five, two = struct.pack(order + "I", 5), struct.pack(order + "I", 2)
     data = head + b"\x07\0\0\0" + five + b"abcd\0" + b"\0\0\0" + two + b"xy"

@@ -20,7 +20,7 @@ STEP_S = 0.001
 def sent(
     pace: Pace, twist: Twist, start_s: float, for_s: float, *, alone: bool = True
 ) -> list[float]:
-    """Ask as often as one may; return when something is sent."""
+    """Ask every millisecond; return when something is sent."""
     steps = range(round(for_s / STEP_S))
     return [
         start_s + step * STEP_S
@@ -34,12 +34,12 @@ def pace(*, idle_hz: float = 2.0) -> Pace:
 
 
 def test_motion_is_repeated_for_ever() -> None:
-    """Motion is sent at its rate for as long as it is wanted."""
+    """Motion is sent at its rate for as long as it lasts."""
     assert len(sent(pace(), AHEAD, 0.0, 10.0)) in range(498, 502)
 
 
 def test_a_change_is_sent_at_once() -> None:
-    """What is new does not wait for the next beat."""
+    """A change does not wait for the next repeat."""
     it = pace()
     assert it.next(AHEAD, 0.0)[0]
     assert not it.next(AHEAD, 0.005)[0]
@@ -47,8 +47,8 @@ def test_a_change_is_sent_at_once() -> None:
     assert it.next(STANDSTILL, 0.007)[0]
 
 
-def test_standstill_is_sent_for_long_then_now_and_then() -> None:
-    """After motion standstill has the full rate for its time, and the slow one after."""
+def test_standstill_is_sent_fast_and_then_slowly() -> None:
+    """After motion, standstill has the full rate for `zeros_s`, and then the slow one."""
     it = pace()
     it.next(AHEAD, 0.0)
     zeros = sent(it, STANDSTILL, 0.02, 5.0)
@@ -59,23 +59,23 @@ def test_standstill_is_sent_for_long_then_now_and_then() -> None:
 
 
 def test_without_a_slow_rate_the_topic_is_left_to_others() -> None:
-    """With idle_hz = 0 nothing follows standstill, and no time is named to ask again."""
+    """With idle_hz = 0 nothing is sent after standstill's time, and no next time is named."""
     it = pace(idle_hz=0.0)
     it.next(AHEAD, 0.0)
     assert max(sent(it, STANDSTILL, 0.02, 5.0)) < 1.53
     assert it.next(STANDSTILL, 6.0) == (False, math.inf)
 
 
-def test_beside_others_only_the_stop_is_said() -> None:
-    """While somebody else publishes, standstill is said for its time and no longer."""
+def test_with_another_publisher_only_the_stop_is_sent() -> None:
+    """While somebody else publishes, standstill is sent for its time and no longer."""
     it = pace()
     it.next(AHEAD, 0.0)
     zeros = sent(it, STANDSTILL, 0.02, 5.0, alone=False)
     assert 1.45 < max(zeros) < 1.53
 
 
-def test_a_stop_is_said_again_where_standstill_was_the_last_word() -> None:
-    """Each stop is said at once and for all of its time, beside somebody else, too."""
+def test_a_stop_is_sent_again_after_standstill() -> None:
+    """Each stop is sent at once and for its whole time, even with another publisher."""
     for alone in (True, False):
         it = pace(idle_hz=0.0)
         it.next(AHEAD, 0.0)
@@ -91,8 +91,8 @@ def test_a_stop_is_said_again_where_standstill_was_the_last_word() -> None:
         assert not it.owes(11.91)
 
 
-def test_many_stops_are_no_more_than_its_rate() -> None:
-    """A stop at every tick goes on saying standstill, and never faster than motion is said."""
+def test_many_stops_keep_the_rate() -> None:
+    """Stops at every tick prolong standstill, but never exceed the rate of motion."""
     it = pace()
     it.next(AHEAD, 0.0)
     zeros = []
@@ -103,15 +103,15 @@ def test_many_stops_are_no_more_than_its_rate() -> None:
     assert len(zeros) in range(499, 503)
 
 
-def test_a_stop_does_not_end_what_was_not_said_yet() -> None:
-    """A stop right after the connection was opened takes nothing from its standstill."""
+def test_an_early_stop_does_not_shorten_standstill() -> None:
+    """A stop right after the connection has opened does not shorten its standstill."""
     it = pace()
     it.stopped(0.0)
     assert len(sent(it, STANDSTILL, 1.0, 1.0)) in range(49, 52)
 
 
-def test_a_new_connection_says_standstill_anew() -> None:
-    """Who connects again has not heard what was said before."""
+def test_a_new_connection_repeats_standstill() -> None:
+    """After a reconnection standstill is sent again."""
     it = pace()
     it.next(STANDSTILL, 0.0)
     assert not it.next(STANDSTILL, 0.001)[0]
@@ -123,8 +123,8 @@ def test_a_new_connection_says_standstill_anew() -> None:
     st.lists(st.tuples(st.sampled_from([AHEAD, STANDSTILL]), st.floats(0.001, 0.3)), max_size=40)
 )
 @examples(200)
-def test_the_time_to_ask_again_is_never_late(wants: list[tuple[Twist, float]]) -> None:
-    """Whatever is wanted when, asking at the named times keeps both rates."""
+def test_the_next_time_is_never_late(wants: list[tuple[Twist, float]]) -> None:
+    """For any sequence, asking at the named times keeps both rates."""
     it = pace()
     now_s, last_s = 0.0, 0.0
     for twist, for_s in wants:
@@ -144,16 +144,16 @@ def rules() -> StandbyRules:
     return StandbyRules(rate_hz=50, zeros_s=1.5)
 
 
-def test_a_standby_is_silent_while_the_driver_speaks() -> None:
-    """A driver that says it owes standstill, and goes on saying so, is not spoken for."""
+def test_a_standby_is_silent_while_the_driver_reports() -> None:
+    """The standby sends nothing while a driver keeps reporting that it owes standstill."""
     it = rules()
     for step in range(100):
         it.handle_reports(OWES, step * 0.05)
         assert not it.next(step * 0.05 + 0.049)[0]
 
 
-def test_a_standby_speaks_for_a_silent_driver_until_it_is_back() -> None:
-    """Silence of a driver that owes standstill is taken as its death; its word ends that."""
+def test_a_standby_acts_for_a_silent_driver_until_it_is_back() -> None:
+    """A silent driver that owes standstill counts as dead, until it reports again."""
     it = rules()
     it.handle_reports(OWES, 1.0)
     assert it.next(1.05) == (False, 1.0 + SILENCE_S)
@@ -165,7 +165,7 @@ def test_a_standby_speaks_for_a_silent_driver_until_it_is_back() -> None:
 
 
 def test_a_standby_rests_while_the_robot_stands() -> None:
-    """A driver that owes nothing may be silent; only its end is answered."""
+    """A driver that owes nothing may be silent; only its end makes the standby send."""
     it = rules()
     it.handle_reports(OWES + RESTS, 1.0)
     assert it.next(50.0) == (False, math.inf)
@@ -176,14 +176,14 @@ def test_a_standby_rests_while_the_robot_stands() -> None:
 
 
 def test_a_drivers_end_is_counted_once() -> None:
-    """However often the end is seen, standstill goes on for its time from the first."""
+    """However often the end is reported, standstill lasts for its time from the first."""
     it = rules()
     it.ended(1.0)
     it.ended(2.0)
     assert it.is_over(2.5)
 
 
-def test_a_standby_that_reaches_the_robot_may_not_fall_silent() -> None:
-    """A second is enough where it was there; where it connects, 20 s and its own pause."""
+def test_a_standby_has_less_time_once_it_reaches_the_robot() -> None:
+    """It may be silent for 1 s; while connecting, for 20 s and its pause between attempts."""
     assert patience_s(1, 60.0) == patience_s(None, 60.0) == 1.0
     assert patience_s(0, 0.5) == 20.5

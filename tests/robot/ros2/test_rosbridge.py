@@ -1,4 +1,4 @@
-"""The driver for ROS 2 by a rosbridge server of the protocol's text: no real one is here."""
+"""The driver for ROS 2 with a rosbridge server written from the protocol."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def by_bridge(bridge: Bridge, **own: Any) -> Any:
 @pytest.mark.full
 @pytest.mark.timeout(120)
 class TestByRosbridge(DriverSafety):
-    """Seen by what the server was told."""
+    """Observed by the server's commands."""
 
     @pytest.fixture(autouse=True)
     def _robot(self, bridge: Bridge) -> None:
@@ -85,10 +85,10 @@ class TestOneServer:
         yield driver
         driver.close()
 
-    def test_odometry_is_asked_for_and_read(self, bridge: Bridge, driver: Driver) -> None:
-        """It says who it is and what it wants, at most 20 a second.
+    def test_odometry_is_subscribed_to_and_read(self, bridge: Bridge, driver: Driver) -> None:
+        """It advertises its topic and subscribes, to at most 20 a second.
 
-        A pose comes from JSON as from DDS; what is no odometry is left aside.
+        A pose comes from JSON as from DDS; invalid odometry is counted.
         """
         opened(driver)
         said = {(one["op"], one.get("topic")): one for one in bridge.heard}
@@ -113,10 +113,10 @@ class TestOneServer:
         assert (state.pose.x_m, state.pose.y_m, state.moving) == (1.0, 2.0, True)
         assert state.extra["ros2_invalid"] == 1.0
 
-    def test_a_stop_is_said_long_enough(self, bridge: Bridge, driver: Driver) -> None:
-        """After a stop standstill comes by this link as long as by any, and nothing else.
+    def test_a_stop_is_sent_long_enough(self, bridge: Bridge, driver: Driver) -> None:
+        """After a stop, only standstill comes, for as long as by any link.
 
-        How often and how long is told by `test_conversation_on_ros2` on a clock turned by hand.
+        `test_conversation_on_ros2` checks how often and how long, on a manual clock.
         """
         driven(bridge, opened(driver), CURVE)
         at_s = time.monotonic()
@@ -131,7 +131,7 @@ class TestOneServer:
         assert len(bridge.told()) > 3
 
     def test_a_second_publisher_stops_the_robot(self, bridge: Bridge, driver: Driver) -> None:
-        """Another node that publishes, as rosapi tells, is named, and the robot told to stand."""
+        """Another publisher that rosapi names is a problem, and the robot gets standstill."""
         driven(bridge, opened(driver), CURVE)
         bridge.publishers = ["/rosbridge_websocket", "/joystick"]
         until(
@@ -144,7 +144,7 @@ class TestOneServer:
         assert all(told.twist.is_zero for told in bridge.told())
 
     def test_nobody_listens(self, bridge: Bridge, driver: Driver) -> None:
-        """A server that nobody's base is behind is no robot."""
+        """A server without a base is no robot."""
         bridge.subscribers = []
         driver.open()
         until(
@@ -152,17 +152,13 @@ class TestOneServer:
             lambda state: state.said is not None and state.said.code == "ros2.nobody_listens",
         )
 
-    def test_a_server_without_rosapi_is_driven_all_the_same(
-        self, bridge: Bridge, driver: Driver
-    ) -> None:
-        """Where the graph is not known, that holds nobody."""
+    def test_a_server_without_rosapi_is_driven(self, bridge: Bridge, driver: Driver) -> None:
+        """An unknown graph holds nobody."""
         bridge.has_rosapi = False
         driven(bridge, opened(driver), CURVE)
 
-    def test_a_question_that_is_refused_costs_only_its_answer(
-        self, bridge: Bridge, driver: Driver
-    ) -> None:
-        """Bridges that refuse a call or a topic by a status are driven as those without rosapi."""
+    def test_a_refused_request_costs_only_its_answer(self, bridge: Bridge, driver: Driver) -> None:
+        """Bridges that refuse a call or a topic by a status are driven as if without rosapi."""
         bridge.has_rosapi, bridge.refuses_by_status = False, True
         opened(driver)
         lines = set(bridge.lines)
@@ -171,16 +167,18 @@ class TestOneServer:
         driven(bridge, driver, CURVE)
         assert lines <= bridge.lines
 
-    def test_a_wrong_type_is_the_servers_word(self, bridge: Bridge, driver: Driver) -> None:
-        """What the server refuses is shown in its own words, and tried again."""
+    def test_a_wrong_type_is_reported_in_the_servers_words(
+        self, bridge: Bridge, driver: Driver
+    ) -> None:
+        """The server's refusal is shown in its own words, and the link is retried."""
         bridge.type_name = "geometry_msgs/msg/TwistStamped"
         driver.open()
         until(driver, lambda state: "has been established with type" in str(state.said))
         bridge.type_name = "geometry_msgs/msg/Twist"
         until(driver, lambda state: state.connected)
 
-    def test_a_line_that_carries_nothing_is_given_up(self, bridge: Bridge, driver: Driver) -> None:
-        """Where the other side takes nothing, what waits is thrown away, not delivered later."""
+    def test_a_stuck_connection_is_given_up(self, bridge: Bridge, driver: Driver) -> None:
+        """If the other side reads nothing, waiting commands are dropped, not delivered later."""
         driven(bridge, opened(driver), CURVE)
         line = bridge.driving
         bridge.turn_deaf(deaf=True)
@@ -188,10 +186,10 @@ class TestOneServer:
         with capture_logs() as logs:
             while not any(log["event"] == "the robot's link is lost" for log in logs):
                 assert time.monotonic() < end_s
-                driver.apply(STANDSTILL, 1)  # a machine that was too busy asks for it
+                driver.apply(STANDSTILL, 1)  # needed after a pause of a busy machine
                 feed(driver, CURVE, for_s=0.1)
         bridge.turn_deaf(deaf=False)
-        # The old line has ended once all was read that had left before.
+        # The old connection has ended once all that was sent has been read.
         until(driver, lambda state: state.connected and line not in bridge.lines)
         bridge.forget()
         feed(driver, CURVE, for_s=0.3)
@@ -209,7 +207,7 @@ def linked(
 
 
 def failure(link: RosbridgeLink) -> str:
-    """Wait until the link fails; return what it says."""
+    """Wait until the link fails; return its error."""
     end_s = time.monotonic() + 5.0
     while time.monotonic() < end_s:
         try:
@@ -230,10 +228,10 @@ def failure(link: RosbridgeLink) -> str:
         (None, "ws", "unreachable.nobody"),
     ],
 )
-def test_what_is_no_rosbridge_server_says_what_it_is(
+def test_the_error_names_what_is_no_rosbridge_server(
     answer: bytes | None, scheme: str, code: str
 ) -> None:
-    """Another program, another port, a wrong scheme or nobody: each is another thing to do."""
+    """Another program, another port, a wrong scheme or nobody: each has an error of its own."""
     with serving(None, answer or b"") as answered:
         port = free_port() if answer is None else answered
         settings = Ros2Settings.model_validate({"rosbridge_url": f"{scheme}://127.0.0.1:{port}"})
@@ -244,8 +242,8 @@ def test_what_is_no_rosbridge_server_says_what_it_is(
 
 
 @pytest.mark.system
-def test_its_address_is_asked_for_as_written_and_shown_without_a_password(bridge: Bridge) -> None:
-    """One behind a proxy may need a token, which the host's page does not show."""
+def test_its_address_is_used_as_written_and_shown_without_secrets(bridge: Bridge) -> None:
+    """A server behind a proxy may need a token, which errors do not show."""
     url = f"ws://me:p%40s@127.0.0.1:{bridge.port}/r%2F1?token=a%2Fb%2B%3D"
     settings = ros2_settings(0, transport="rosbridge", rosbridge_url=url).own(Ros2Settings)
     link = RosbridgeLink(settings, SystemClock(), mark=OURS)
@@ -258,16 +256,16 @@ def test_its_address_is_asked_for_as_written_and_shown_without_a_password(bridge
 
 @pytest.mark.system
 @pytest.mark.parametrize("method", ["questions", "handle_answer"])
-def test_an_unexpected_error_of_the_link_is_its_failure(
+def test_an_unexpected_error_ends_the_link(
     bridge: Bridge, monkeypatch: pytest.MonkeyPatch, method: str
 ) -> None:
-    """Whatever is raised where it speaks or listens is told and logged; nothing goes on unsaid."""
+    """Any exception in sending or receiving ends the link, and is logged and raised."""
 
     def broken(*_: object) -> None:
         raise RuntimeError("broken")
 
     with capture_logs() as logs, linked(bridge, OURS) as link:
-        # Not before it is open: a link that fails at once may be refused by its constructor.
+        # Only once it is open: the constructor may raise if it fails at once.
         monkeypatch.setattr(RosbridgeGraph, method, broken)
         assert "RuntimeError" in failure(link)
         with pytest.raises(DriverError):
@@ -276,7 +274,7 @@ def test_an_unexpected_error_of_the_link_is_its_failure(
 
 
 class LateThread(SystemClock):
-    """The link's own thread wakes so much later."""
+    """The link's own thread wakes 0.2 s late."""
 
     def now_s(self) -> float:
         late_s = 0.2 if threading.current_thread().name == "rosbridge" else 0.0
@@ -285,7 +283,7 @@ class LateThread(SystemClock):
 
 @pytest.mark.system
 def test_motion_from_before_a_freeze_is_not_sent(bridge: Bridge) -> None:
-    """A standby may have stopped the robot meanwhile; standstill is sent however late."""
+    """As the standby may have stopped the robot, late motion is dropped, standstill is not."""
     with linked(bridge, OURS, clock=LateThread()) as link:
         link.send(CURVE, 0)
         time.sleep(0.05)
@@ -299,10 +297,8 @@ def test_motion_from_before_a_freeze_is_not_sent(bridge: Bridge) -> None:
 
 @pytest.mark.system
 @pytest.mark.timeout(20)
-def test_a_refusal_before_anybody_looks_is_told(
-    bridge: Bridge, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Who waits for the connection may wake late, and is told then why there is none."""
+def test_an_early_refusal_is_raised(bridge: Bridge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thread that wakes late from waiting for the connection still gets the reason."""
     bridge.type_name = "geometry_msgs/msg/TwistStamped"
     wait = threading.Event.wait
 
@@ -317,8 +313,8 @@ def test_a_refusal_before_anybody_looks_is_told(
 
 
 @pytest.mark.system
-def test_only_a_camera_takes_large_messages(bridge: Bridge) -> None:
-    """A message of a picture's size ends the link of the commands, and reaches a camera's."""
+def test_only_a_camera_accepts_large_messages(bridge: Bridge) -> None:
+    """A message of a picture's size ends the commands' link, and reaches a camera's."""
     wanted = Wanted("camera", "/camera", "sensor_msgs/msg/CompressedImage")
     with linked(bridge, OURS, wanted) as commands, linked(bridge, "", wanted) as camera:
         end_s = time.monotonic() + 5.0
@@ -334,8 +330,8 @@ def test_only_a_camera_takes_large_messages(bridge: Bridge) -> None:
 
 @pytest.mark.system
 @pytest.mark.alone
-def test_the_standby_speaks_for_a_killed_driver(bridge: Bridge) -> None:
-    """By rosbridge, too, a second process says standstill when the driver's is killed."""
+def test_the_standby_acts_for_a_killed_driver(bridge: Bridge) -> None:
+    """By rosbridge, too, a second process sends standstill when the driver's is killed."""
     driver = opened(make_robot(by_bridge(bridge), SystemClock()))
     try:
         driven(bridge, driver, CURVE)
@@ -352,8 +348,8 @@ def test_the_standby_speaks_for_a_killed_driver(bridge: Bridge) -> None:
 
 @pytest.mark.system
 @pytest.mark.full
-def test_a_frozen_standby_holds_the_robot_until_another_stands_by(bridge: Bridge) -> None:
-    """Without somebody who would speak for a dead driver, the robot is not driven."""
+def test_a_frozen_standby_holds_the_robot_until_another_is_ready(bridge: Bridge) -> None:
+    """Without a standby that would act for a dead driver, the robot is not driven."""
     in_real_time = may_run_in_real_time()
     driver = make_driver(by_bridge(bridge), SystemClock())
     try:
@@ -378,8 +374,8 @@ def test_a_frozen_standby_holds_the_robot_until_another_stands_by(bridge: Bridge
         driver.close()
 
 
-def test_commands_are_as_the_protocol_has_them() -> None:
-    """A publish has its op, topic and the message's members by their names in ROS."""
+def test_commands_follow_the_protocol() -> None:
+    """A publish has its op, its topic and the message's members by their ROS names."""
     assert json.loads(protocol.publish("/cmd_vel", CURVE)) == {
         "op": "publish",
         "topic": "/cmd_vel",
@@ -418,8 +414,8 @@ def test_commands_are_as_the_protocol_has_them() -> None:
         '{"op": "publish", "topic": ["/odom"]}',
     ],
 )
-def test_what_is_no_message_says_nothing(text: str) -> None:
-    """What a server says beside the protocol is refused or means nothing."""
+def test_an_invalid_message_is_refused_or_ignored(text: str) -> None:
+    """Text outside the protocol is refused or has no effect."""
     try:
         heard = protocol.read(text)
     except ValueError:
@@ -441,15 +437,15 @@ def test_what_is_no_message_says_nothing(text: str) -> None:
         ({}, False),
     ],
 )
-def test_a_refusal_is_about_one_thing(said: dict[str, object], is_harmless: bool) -> None:
-    """Only what is known to concern an answer or a topic leaves the robot to be driven."""
+def test_a_harmless_refusal_is_recognised(said: dict[str, object], is_harmless: bool) -> None:
+    """Only a refusal known to concern an answer or a topic lets the robot be driven."""
     heard = protocol.read(json.dumps({"op": "status", "level": "error"} | said))
     assert isinstance(heard, protocol.Complaint)
     assert heard.is_harmless is is_harmless
 
 
 def test_each_answer_of_rosapi_counts_for_itself() -> None:
-    """Without the type, who takes the commands is known, and nobody is said to be of another."""
+    """Without the type, subscribers are still known, and none counts as of a wrong type."""
     graph = RosbridgeGraph("/cmd_vel", "/bridge")
     assert len(list(graph.questions(0.0))) == 3
     graph.handle_answer(protocol.ServiceAnswer("wax:topic_type", None), 0.0)
@@ -464,13 +460,13 @@ def test_each_answer_of_rosapi_counts_for_itself() -> None:
 
 
 def _nested(levels: int) -> str:
-    """Return a message of so many levels, whose words look like more."""
+    """Return a message of `levels`, with strings that look like more."""
     inside = r'"[[\"{{", ' * 50 + "[0]" + ", [1]" * 50
     return f'{{"op": "publish", "msg": {"[" * (levels - 2)}{inside}{"]" * (levels - 2)}}}'
 
 
 def test_levels_are_bounded_by_us() -> None:
-    """A message of 32 levels is read; a deeper one is refused, however many Python would read."""
+    """A message of 32 levels is read; a deeper one is refused, even if Python could read it."""
     assert isinstance(protocol.read(_nested(protocol.MOST_LEVELS)), protocol.Published)
     for levels in (protocol.MOST_LEVELS + 1, 300, 5000):
         with pytest.raises(ValueError, match="levels"):

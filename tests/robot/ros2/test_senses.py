@@ -1,4 +1,4 @@
-"""What the robot tells becomes a state, and what is no message changes nothing."""
+"""The robot's messages become a state, and invalid ones change nothing."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def status(level: object, name: str = "motors", words: str = "hot") -> Any:
 @pytest.mark.parametrize(
     ("degrees", "heading"), [(0, 0.0), (90, math.pi / 2), (-90, -math.pi / 2), (45, math.pi / 4)]
 )
-def test_a_heading_is_read_off_the_quaternion(degrees: float, heading: float) -> None:
-    """Turned to the left is positive, from the x axis."""
+def test_a_heading_comes_from_the_quaternion(degrees: float, heading: float) -> None:
+    """The heading is from the x axis, left positive."""
     senses = RosSenses()
     half = math.radians(degrees) / 2
     senses.handle_message("odometry", odometry(z=math.sin(half), w=math.cos(half)), 1.0)
@@ -61,14 +61,14 @@ def test_a_heading_is_read_off_the_quaternion(degrees: float, heading: float) ->
     [(0.0, 0.0, False), (0.005, 0.01, False), (-0.05, 0, True), (0, 0.1, True)],
 )
 def test_motion_is_more_than_noise(v: float, turning: float, moves: bool) -> None:
-    """A standing robot's odometry is never quite zero."""
+    """The odometry of a standing robot is never quite zero."""
     senses = RosSenses()
     senses.handle_message("odometry", odometry(v=v, turning=turning), 1.0)
     assert senses.moving(1.0) is moves
 
 
-def test_old_odometry_says_nothing() -> None:
-    """A robot that has gone silent is neither moving nor standing."""
+def test_old_odometry_expires() -> None:
+    """After a silence, motion and pose are unknown."""
     senses = RosSenses()
     senses.handle_message("odometry", odometry(v=1.0), 1.0)
     assert senses.moving(1.0 + ODOMETRY_S) is None
@@ -84,17 +84,17 @@ def test_old_odometry_says_nothing() -> None:
         (12.1, -1.0, 12.1, None),
     ],
 )
-def test_a_battery_may_not_know(
+def test_a_battery_value_may_be_unknown(
     voltage: float, percentage: float, volts: float | None, share: float | None
 ) -> None:
-    """NaN is not known; percents are taken as the share that the message asks for."""
+    """NaN or a negative charge is unknown; percents become the fraction that ROS specifies."""
     senses = RosSenses()
     senses.handle_message("battery", message({"voltage": voltage, "percentage": percentage}), 1.0)
     assert (senses.battery_v, senses.battery_fraction) == (volts, share)
 
 
 def test_each_bumper_has_its_bit() -> None:
-    """Where bumpers are told apart, one that is released leaves the other pressed."""
+    """Releasing one bumper leaves another pressed."""
     senses = RosSenses()
     senses.handle_message("bumper", message({"bumper": 0, "state": 1}), 1.0)
     senses.handle_message("bumper", message({"bumper": 2, "state": 1}), 1.0)
@@ -105,7 +105,7 @@ def test_each_bumper_has_its_bit() -> None:
 
 @pytest.mark.parametrize("level", [2, "\x02", "Ag=="])
 def test_an_error_is_a_fault(level: object) -> None:
-    """An ERROR is a fault however the octet is written, until its part says something else."""
+    """An ERROR, however its octet is encoded, is a fault until its part reports otherwise."""
     senses = RosSenses()
     senses.handle_message("diagnostics", status(level), 1.0)
     assert senses.fault(1.0) == "motors: hot"
@@ -115,8 +115,8 @@ def test_an_error_is_a_fault(level: object) -> None:
     assert senses.fault(1.0) is None
 
 
-def test_a_fault_that_nobody_repeats_is_over() -> None:
-    """Whoever told of a fault and has ended keeps nobody from driving."""
+def test_a_fault_that_is_not_repeated_expires() -> None:
+    """A node that has reported a fault and ended keeps nobody from driving."""
     senses = RosSenses()
     senses.handle_message("diagnostics", status(2), 1.0)
     assert senses.fault(1.0 + FAULT_S - 0.1)
@@ -124,7 +124,7 @@ def test_a_fault_that_nobody_repeats_is_over() -> None:
 
 
 def test_faults_do_not_pile_up() -> None:
-    """A thousand parts that fail are not all remembered."""
+    """Of a thousand failing parts not all are stored."""
     senses = RosSenses()
     for number in range(1000):
         senses.handle_message("diagnostics", status(2, f"part {number}", "x" * 10_000), 1.0)
@@ -156,8 +156,8 @@ JSON = st.recursive(
 
 @given(st.sampled_from(["odometry", "battery", "bumper", "diagnostics"]), JSON)
 @examples(400)
-def test_what_is_no_message_never_raises(kind: str, values: object) -> None:
-    """Whatever comes as JSON, the state stays whole."""
+def test_an_invalid_message_never_raises(kind: str, values: object) -> None:
+    """With any JSON the state stays valid."""
     senses = RosSenses()
     senses.handle_message(kind, message(values), 1.0)
     assert senses.pose(1.0) is None or senses.moving(1.0) is not None
@@ -166,8 +166,8 @@ def test_what_is_no_message_never_raises(kind: str, values: object) -> None:
     assert senses.fault(1.0) is None or isinstance(senses.fault(1.0), str)
 
 
-def test_what_is_no_message_is_counted() -> None:
-    """Odometry of infinite places changes nothing, and is counted."""
+def test_an_invalid_message_is_counted() -> None:
+    """Odometry with an infinite orientation changes nothing, and is counted."""
     senses = RosSenses()
     senses.handle_message("odometry", odometry(z=float("inf")), 1.0)
     assert senses.pose(1.0) is None
@@ -176,8 +176,8 @@ def test_what_is_no_message_is_counted() -> None:
 
 @pytest.mark.parametrize("levels", [1, 100, 5000])
 @pytest.mark.parametrize(("where", "fault"), [("name", "?: hot"), ("message", "motors: ?")])
-def test_words_that_are_a_tree_are_counted(levels: int, where: str, fault: str) -> None:
-    """An error is one without its words, too; what is no text, however deep, is not written out."""
+def test_a_tree_in_place_of_a_text_is_counted(levels: int, where: str, fault: str) -> None:
+    """The error counts without its text, and a tree of any depth is not written out."""
     tree: Any = SimpleNamespace()
     for _ in range(levels):
         tree = SimpleNamespace(inner=tree)
@@ -187,8 +187,8 @@ def test_words_that_are_a_tree_are_counted(levels: int, where: str, fault: str) 
     assert (senses.fault(1.0), senses.invalid) == (fault, 1)
 
 
-def test_an_octet_of_nothing_is_counted() -> None:
-    """A level of no octet does not raise."""
+def test_an_empty_level_is_counted() -> None:
+    """A level without an octet does not raise."""
     senses = RosSenses()
     senses.handle_message("diagnostics", status(""), 1.0)
     assert (senses.fault(1.0), senses.invalid) == (None, 1)

@@ -1,4 +1,4 @@
-"""The connection's two threads outlive whatever a link raises."""
+"""The connection's two threads survive whatever a link raises."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ REOPEN_S = 0.1
 
 
 class FakeLink:
-    """A `Link` to one base in this process; a method named in `failing` raises, again and again."""
+    """A `Link` to one base in this process; the method named in `failing` always raises."""
 
     guid = "me"
 
@@ -70,9 +70,9 @@ class FakeLink:
 
 
 class FakeStandby:
-    """A standby that is there, beside `link`; once it `speaks`, the driver finds that it has.
+    """A standby for `link`; `speaks` makes the driver find that it has sent standstill.
 
-    Once it `freezes` the driver does, just before a motion.
+    `freezes` makes the driver freeze just before a motion.
     """
 
     guid = "standby"
@@ -95,7 +95,7 @@ class FakeStandby:
         return 0.0
 
     def poll(self) -> None:
-        """Find nothing wrong."""
+        """Report no problem."""
 
     def report(self, *, owes: bool) -> None:
         self.told.append((owes, len(self._link.told)))
@@ -133,14 +133,14 @@ def driver(standby: FakeStandby) -> Iterator[Driver]:
 
 
 def looked(driver: Driver, link: FakeLink, twist: Twist = STANDSTILL) -> None:
-    """Ask for this until it has been looked once more at who takes the commands."""
-    seen = link.looks + 2  # one may be under way
+    """Send `twist` until the driver has checked once more who takes the commands."""
+    seen = link.looks + 2  # a check may be under way
     while link.looks < seen:
         feed(driver, twist, for_s=0.02)
 
 
 def moved(driver: Driver, link: FakeLink) -> None:
-    """Drive, from standstill, until the base is told so."""
+    """Drive from standstill until the base has received it."""
     end_s = time.monotonic() + 5.0
     while link.told[-1:] != [AHEAD]:
         assert time.monotonic() < end_s, (link.told[-5:], driver.state())
@@ -149,10 +149,10 @@ def moved(driver: Driver, link: FakeLink) -> None:
 
 
 @pytest.mark.parametrize("failing", ["send", "traffic", "take"])
-def test_whatever_a_link_raises_it_is_opened_again(
+def test_whatever_a_link_raises_it_is_reopened(
     driver: Driver, link: FakeLink, failing: str
 ) -> None:
-    """A thread that fails leaves no robot that counts as connected; it is tried again."""
+    """If a thread fails, the robot is disconnected and the link is retried."""
     epoch = driver.state().epoch
     link.failing = failing
     until(driver, lambda state: state.said is not None and state.said.code == "robot.no_answer")
@@ -170,7 +170,7 @@ def test_whatever_a_link_raises_it_is_opened_again(
 def test_a_base_that_comes_back_is_a_new_connection(
     driver: Driver, link: FakeLink, steps: list[list[str]]
 ) -> None:
-    """A base that has restarted is not moved by a control that was held, whoever else listens."""
+    """A held input does not move a base that has restarted, whoever else subscribes."""
     link.subscribers = ["base", "recorder"]
     looked(driver, link)
     until(driver, lambda state: state.connected)
@@ -187,16 +187,16 @@ def test_a_base_that_comes_back_is_a_new_connection(
     moved(driver, link)
 
 
-def test_what_the_robot_promises_is_told_while_it_does(driver: Driver, link: FakeLink) -> None:
-    """A promise that is withdrawn, or no longer answered for, is not told on."""
+def test_the_robots_timeout_is_reported_while_it_has_one(driver: Driver, link: FakeLink) -> None:
+    """A timeout that is off or no longer known is not reported."""
     promises: list[float | None] = [0.5, 0.0, None]
     for link.timeout_s in promises:
         until(driver, lambda state: state.ttl_s == link.timeout_s)
         assert driver.state().connected
 
 
-def test_a_promise_of_one_of_two_is_not_the_robots(driver: Driver, link: FakeLink) -> None:
-    """The one that moves the wheels may be the other one."""
+def test_a_timeout_of_one_of_two_subscribers_does_not_count(driver: Driver, link: FakeLink) -> None:
+    """The other one may be the one that moves the wheels."""
     link.timeout_s = 0.5
     until(driver, lambda state: state.ttl_s == 0.5)
     link.subscribers = [*link.subscribers, "another"]
@@ -205,8 +205,8 @@ def test_a_promise_of_one_of_two_is_not_the_robots(driver: Driver, link: FakeLin
     until(driver, lambda state: state.ttl_s == 0.0)
 
 
-def test_a_standby_speaks_last(driver: Driver, link: FakeLink, standby: FakeStandby) -> None:
-    """Its word overtakes no motion that the link has not sent yet, and standstill is its last."""
+def test_a_standby_sends_last(driver: Driver, link: FakeLink, standby: FakeStandby) -> None:
+    """It leaves only after the link is closed, whose last command is standstill."""
     moved(driver, link)
     driver.close()
     assert standby.found_closed == [True]
@@ -215,8 +215,8 @@ def test_a_standby_speaks_last(driver: Driver, link: FakeLink, standby: FakeStan
     assert link.told[-1] == STANDSTILL
 
 
-def test_a_driver_that_hears_nothing_stands(driver: Driver, link: FakeLink) -> None:
-    """A set-point counts for its time to live; a stop, whoever says it, at once."""
+def test_a_driver_without_set_points_stands(driver: Driver, link: FakeLink) -> None:
+    """A set-point expires after its time to live; a stop counts at once."""
     moved(driver, link)
     until(driver, lambda _: link.told[-1] == STANDSTILL)
     moved(driver, link)
@@ -224,20 +224,20 @@ def test_a_driver_that_hears_nothing_stands(driver: Driver, link: FakeLink) -> N
     until(driver, lambda _: link.told[-1] == STANDSTILL)
 
 
-def test_a_standby_is_told_of_a_motion_first(
+def test_a_standby_hears_of_a_motion_first(
     driver: Driver, link: FakeLink, standby: FakeStandby
 ) -> None:
-    """Frozen in between, the driver would leave a moving robot that nobody stops."""
+    """If the driver froze in between, nobody would stop the moving robot."""
     moved(driver, link)
     first = next(number for number, twist in enumerate(link.told) if not twist.is_zero)
     assert (True, first) in standby.told
 
 
 @pytest.mark.parametrize("when", ["speaks", "freezes"])
-def test_what_a_standby_has_stopped_stays_so(
+def test_what_a_standby_has_stopped_stays_stopped(
     driver: Driver, link: FakeLink, standby: FakeStandby, when: str
 ) -> None:
-    """What was asked for before a freeze in which it spoke is over; standstill comes first."""
+    """After the standby has sent, earlier motion is over and standstill comes first."""
     moved(driver, link)
     epoch = driver.state().epoch
     setattr(standby, when, True)

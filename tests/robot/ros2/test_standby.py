@@ -1,4 +1,4 @@
-"""The standby itself, on a link of this process: what it says to the driver and to the robot."""
+"""What the standby reports to the driver and sends to the robot, on a link of this process."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ZEROS_S = 0.05
 
 
 class Played:
-    """A standby in a thread, between two pipes; while it is `cut` off, its link raises."""
+    """A standby in a thread, between two pipes; while it is `cut`, its link raises."""
 
     guid = "me"
 
@@ -48,7 +48,7 @@ class Played:
         self._thread.start()
 
     def end_driver(self) -> None:
-        """Hang up as a driver that was killed, and wait for the standby's own end."""
+        """Close the pipe as a killed driver does, and wait for the standby's end."""
         if self._words in self._ends:
             self._ends.remove(self._words)
             os.close(self._words)
@@ -60,7 +60,7 @@ class Played:
             os.close(end)
 
     def lines(self, enough: Callable[[list[str]], bool]) -> list[str]:
-        """Return what the driver hears from now on, once it is enough."""
+        """Return the lines that the driver receives from now on, once `enough` holds."""
         heard = b""
         end_s = time.monotonic() + 5.0
         while not enough(heard.decode().splitlines()):
@@ -106,15 +106,15 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Iterator[Played]:
     played.close_pipes()
 
 
-def test_it_says_at_every_look_that_it_is_there(played: Played) -> None:
-    """What has not changed is said again and again; by rosbridge it does not know the number."""
+def test_it_reports_at_every_check_that_it_is_there(played: Played) -> None:
+    """An unchanged report is repeated; by rosbridge the number is unknown."""
     assert set(played.lines(lambda lines: len(lines) >= 5)) == {"me 1"}
     played.reaches = None
     assert "me -" in played.lines(lambda lines: lines[-2:] == ["me -"] * 2)
 
 
-def test_it_says_that_it_has_lost_the_robot(played: Played) -> None:
-    """From a failure on, and at each attempt that fails, it reaches nobody, until it does."""
+def test_it_reports_that_it_has_lost_the_robot(played: Played) -> None:
+    """After a failure it reports at each failed attempt that it reaches nobody."""
     played.lines(lambda lines: len(lines) >= 2)
     played.cut = True
     played.lines(lambda lines: lines[-3:] == ["- 0"] * 3)
@@ -124,7 +124,7 @@ def test_it_says_that_it_has_lost_the_robot(played: Played) -> None:
 
 
 def test_a_driver_that_reads_nothing_does_not_freeze_it(played: Played) -> None:
-    """With the pipe to the driver full, standstill is sent all the same when the driver ends."""
+    """Even with a full pipe to the driver, standstill is sent when the driver ends."""
     played.lines(lambda lines: len(lines) >= 2)
     while True:
         try:

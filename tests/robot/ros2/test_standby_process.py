@@ -1,4 +1,4 @@
-"""The standby as the driver sees it, played by programs of a few lines."""
+"""The standby as the driver sees it, simulated by short programs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LIVES: Final = """
 import os, sys, time
 sys.stdin.readline()
 while True:
-    os.write(1, b"me 1\\n")  # at once: where Python does not buffer, print writes its end apart
+    os.write(1, b"me 1\\n")  # in one piece: an unbuffered print writes the newline separately
     time.sleep(0.05)
 """
 _STARTS: Final = """
@@ -59,7 +59,7 @@ time.sleep(60)
 
 @pytest.fixture
 def play(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., StandbyProcess]]:
-    """Return what makes a standby of a program's text."""
+    """Return a function that makes a standby from a program's text."""
     made: list[StandbyProcess] = []
 
     def play(program: str, clock: Clock | None = None) -> StandbyProcess:
@@ -89,8 +89,8 @@ def ready(standby: StandbyProcess) -> subprocess.Popen[bytes]:
     return standby._process
 
 
-def test_what_a_library_prints_says_nothing(play: Callable[..., StandbyProcess]) -> None:
-    """Lines that are not the standby's own neither raise nor change what it said."""
+def test_what_a_library_prints_is_ignored(play: Callable[..., StandbyProcess]) -> None:
+    """Lines that are not the standby's own neither raise nor change its report."""
     standby = play(_TRACES)
     until(standby, None)
     assert standby.guid == "me"
@@ -99,7 +99,7 @@ def test_what_a_library_prints_says_nothing(play: Callable[..., StandbyProcess])
 def test_one_that_ends_at_once_is_no_error(
     play: Callable[..., StandbyProcess], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A standby that has ended before it was told its settings is only not there."""
+    """A standby that has ended before it got its settings is only not ready."""
 
     def ended(*args: Any, **how: Any) -> subprocess.Popen[bytes]:
         process = real(*args, **how)
@@ -114,10 +114,10 @@ def test_one_that_ends_at_once_is_no_error(
     assert standby.poll() == STARTS
 
 
-def test_one_that_freezes_is_noticed_and_another_started(
+def test_one_that_freezes_is_replaced(
     play: Callable[..., StandbyProcess],
 ) -> None:
-    """A standby that is mute for a second is killed; the robot is held until there is one."""
+    """A standby that is silent for 1 s is killed; the robot is held until the next one is ready."""
     clock = TurnedClock(100.0)
     standby = play(_LIVES, clock)
     frozen = ready(standby)
@@ -134,10 +134,10 @@ def test_one_that_freezes_is_noticed_and_another_started(
     assert standby._process is not frozen
 
 
-def test_one_that_has_died_is_told_before_another_starts(
+def test_one_that_has_died_is_reported_before_another_starts(
     play: Callable[..., StandbyProcess],
 ) -> None:
-    """To start a process takes time, in which the robot must not move."""
+    """Starting a process takes time, during which the robot must not move."""
     clock = TurnedClock(100.0)
     standby = play(_LIVES, clock)
     process = ready(standby)
@@ -149,10 +149,10 @@ def test_one_that_has_died_is_told_before_another_starts(
     until(standby, None)
 
 
-def test_its_words_that_waited_are_read_before_its_silence_is_judged(
+def test_its_waiting_lines_are_read_before_its_silence_is_judged(
     play: Callable[..., StandbyProcess],
 ) -> None:
-    """A driver that was frozen itself does not take its standby for dead."""
+    """A driver that was frozen itself does not count its standby as dead."""
     clock = TurnedClock(100.0)
     standby = play(_LIVES, clock)
     process = ready(standby)
@@ -165,7 +165,7 @@ def test_its_words_that_waited_are_read_before_its_silence_is_judged(
 
 @pytest.mark.parametrize("program", [_STARTS, _LOSES], ids=["starting", "connecting"])
 def test_one_that_connects_has_longer(play: Callable[..., StandbyProcess], program: str) -> None:
-    """Before it reaches somebody it may take 20 s and the pause between two attempts."""
+    """Before it reaches the robot it has 20 s and the pause between two attempts."""
     clock = TurnedClock(100.0)
     standby = play(program, clock)
     assert standby.poll() == STARTS
@@ -186,8 +186,8 @@ def test_one_that_connects_has_longer(play: Callable[..., StandbyProcess], progr
     assert standby._process not in (None, process)
 
 
-def test_it_is_known_when_it_speaks(play: Callable[..., StandbyProcess]) -> None:
-    """It does so 0.12 s after the driver's last word, if that was not that the robot stands."""
+def test_it_is_known_when_it_sends(play: Callable[..., StandbyProcess]) -> None:
+    """It sends 0.12 s after the driver's last report, unless that was that the robot stands."""
     standby = play(_LIVES, TurnedClock(100.0))
     standby.poll()
     assert standby.speaks_at_s == math.inf
@@ -201,7 +201,7 @@ def test_it_is_known_when_it_speaks(play: Callable[..., StandbyProcess]) -> None
 
 
 def test_one_that_reads_nothing_blocks_nobody(play: Callable[..., StandbyProcess]) -> None:
-    """Words that find the pipe full are left out."""
+    """Reports that do not fit into the pipe are dropped."""
     standby = play(_LIVES)
     until(standby, None)
     for _ in range(70_000):

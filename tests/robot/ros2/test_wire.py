@@ -1,4 +1,4 @@
-"""What reaches a robot on ROS 2, by two implementations of DDS on the other side."""
+"""What reaches a robot on ROS 2, with two implementations of DDS."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ def driver(domain: int, base: Base) -> Iterator[Driver]:
 
 
 def zeros_after(base: Base, at_s: float) -> list[Told]:
-    """Wait; all that came after must be standstill. Return what did while the robot is told so."""
+    """Wait; only standstill may follow `at_s`. Return those of its first `ZEROS_S`."""
     time.sleep(max(0.0, at_s + ZEROS_S + 0.3 - time.monotonic()))
     after = [told for told in base.told() if told.at_s > at_s]
     moving = [told for told in after if not told.twist.is_zero]
-    # What was on its way when the stop was said may still arrive.
+    # A command under way at the stop may still arrive.
     assert all(told.at_s - at_s < 0.05 for told in moving), moving
-    # Then a new driver may come, which is heard no sooner than its robot has found it.
+    # After that a new driver may send, once it has found its robot.
     return [told for told in after if told.twist.is_zero and told.at_s <= at_s + ZEROS_S]
 
 
@@ -79,8 +79,8 @@ def assert_long_enough(zeros: list[Told], at_s: float) -> None:
     assert max(gaps_s) < 0.25
 
 
-def test_it_takes_what_was_said(base: Base, driver: Driver) -> None:
-    """Both speeds arrive in their own places, unchanged, and all the others are zero."""
+def test_set_points_arrive_unchanged(base: Base, driver: Driver) -> None:
+    """Both speeds arrive in their own members, and all others are zero."""
     driven(base, driver, CURVE)
     base.forget()
     feed(driver, CURVE, for_s=0.3)
@@ -89,7 +89,7 @@ def test_it_takes_what_was_said(base: Base, driver: Driver) -> None:
 
 
 def test_a_set_point_is_repeated_steadily(base: Base, driver: Driver) -> None:
-    """While it drives the robot hears 50 set-points a second, no matter how often WAX says one."""
+    """A moving robot gets 50 set-points a second, no matter how often WAX sends one."""
     driven(base, driver, CURVE)
     base.forget()
     feed(driver, CURVE, for_s=1.0, every_s=0.1)
@@ -98,16 +98,16 @@ def test_a_set_point_is_repeated_steadily(base: Base, driver: Driver) -> None:
     assert 0.018 < statistics.median(gaps_s) < 0.022
 
 
-def test_a_stop_is_said_long_enough(base: Base, driver: Driver) -> None:
-    """After a stop standstill comes 20 times a second and more, for 1.5 s and more."""
+def test_a_stop_is_sent_long_enough(base: Base, driver: Driver) -> None:
+    """After a stop, standstill comes at 20 Hz or more, for 1.5 s or more."""
     driven(base, driver, CURVE)
     at_s = time.monotonic()
     driver.stop(1)
     assert_long_enough(zeros_after(base, at_s), at_s)
 
 
-def test_a_standing_robot_is_told_so_now_and_then(base: Base, driver: Driver) -> None:
-    """Long after a stop standstill is still repeated, for a robot that was out of reach."""
+def test_standstill_is_repeated_slowly(base: Base, driver: Driver) -> None:
+    """Long after a stop, standstill is still repeated, for a robot that was out of reach."""
     driven(base, driver, CURVE)
     driver.stop(1)
     time.sleep(ZEROS_S + 0.3)
@@ -118,7 +118,7 @@ def test_a_standing_robot_is_told_so_now_and_then(base: Base, driver: Driver) ->
 
 
 def test_closing_is_followed_by_standstill(base: Base, driver: Driver) -> None:
-    """Closing takes less than a second, yet the robot hears for 1.5 s that it stands."""
+    """Closing takes less than 1 s, yet the robot gets standstill for 1.5 s."""
     driven(base, driver, CURVE)
     at_s = time.monotonic()
     driver.close()
@@ -127,8 +127,8 @@ def test_closing_is_followed_by_standstill(base: Base, driver: Driver) -> None:
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
-def test_the_standby_speaks_for_a_dead_driver(base: Base, domain: int, how: signal.Signals) -> None:
-    """Where the driver's process is killed or frozen, standstill comes 0.2 s later, and goes on."""
+def test_the_standby_acts_for_a_dead_driver(base: Base, domain: int, how: signal.Signals) -> None:
+    """If the driver's process is killed or frozen, standstill follows within 0.2 s, and lasts."""
     driver = opened(make_robot(ros2_settings(domain), SystemClock()))
     try:
         driven(base, driver, CURVE)
@@ -141,7 +141,7 @@ def test_the_standby_speaks_for_a_dead_driver(base: Base, domain: int, how: sign
 
 
 def test_nothing_moves_after_a_driver_came_back(base: Base, domain: int) -> None:
-    """After its process has died the robot waits for its standby's end and a new standstill."""
+    """After the driver's death a held input moves nothing before a new standstill."""
     driver = opened(make_robot(ros2_settings(domain), SystemClock()))
     try:
         driven(base, driver, CURVE)
@@ -163,8 +163,8 @@ def test_nothing_moves_after_a_driver_came_back(base: Base, domain: int) -> None
 
 
 @pytest.mark.parametrize("is_fast", [False, True], ids=["CycloneDDS", "Fast DDS"])
-def test_stamps_are_of_this_machine(domain: int, is_fast: bool) -> None:
-    """TwistStamped carries this machine's time, in standstill too."""
+def test_stamps_are_by_this_machines_clock(domain: int, is_fast: bool) -> None:
+    """TwistStamped carries this machine's time, even at standstill."""
     base = Base(domain, kind="stamped", fast=is_fast).start()
     driver = make_driver(ros2_settings(domain, stamped=True), SystemClock())
     try:
@@ -185,7 +185,7 @@ def test_stamps_are_of_this_machine(domain: int, is_fast: bool) -> None:
 
 @pytest.mark.parametrize("theirs", ["reliable", "best_effort"])
 def test_reliable_suits_every_robot(domain: int, is_fast: bool, theirs: str) -> None:
-    """As it is delivered, the driver reaches who asks for reliable commands and who does not."""
+    """By default, the driver reaches robots that require reliable commands and others."""
     base = Base(domain, reliability=theirs, fast=is_fast).start()
     driver = make_driver(ros2_settings(domain), SystemClock())
     try:
@@ -225,7 +225,7 @@ def test_odometry_is_read(base: Base, driver: Driver, is_fast: bool) -> None:
 
 
 def test_a_set_point_is_on_the_wire_at_once(base: Base, domain: int) -> None:
-    """From the server to the robot, through the driver's process, is a matter of milliseconds."""
+    """The median from the server to the robot is less than 25 ms."""
     driver = opened(make_robot(ros2_settings(domain), SystemClock()))
     try:
         took_s = key_to_wire_s(base, driver, 100)
