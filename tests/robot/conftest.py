@@ -1,4 +1,4 @@
-"""A clock that is turned by hand, and a robot's board at the end of a real serial line."""
+"""A manual clock, and a robot's board at the end of a real serial line."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 
 class FakeClock(TurnedClock):
-    """Stands still until it is turned, or until somebody waits on it."""
+    """A clock that stands still until it is turned or waited on."""
 
     def wait(self, pause_s: float) -> bool:
-        """Let so much time pass at once."""
+        """Advance by `pause_s` at once."""
         self.time_s += pause_s
         return False
 
@@ -35,8 +35,8 @@ class FakeClock(TurnedClock):
 class Board:
     """The robot's end of a serial line, a real pseudo-terminal that can be unplugged.
 
-    Behind it runs the real firmware's core. `path` is what the driver opens; it is there while
-    the board is plugged in. While `deaf` it reads nothing, while `mute` it writes no reports.
+    The real firmware's core runs behind it. The driver opens `path`, which exists while the board
+    is plugged in. While `deaf` it reads nothing, while `mute` it writes no reports.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -62,7 +62,7 @@ class Board:
         self.path.symlink_to(os.ttyname(slave))
 
     def unplug(self) -> None:
-        """Hang up; safe to call twice."""
+        """Unplug the board; safe to call twice."""
         if self._ends is None or self._thread is None:
             return
         self.path.unlink()
@@ -87,25 +87,25 @@ class Board:
             os.write(self._ends[0], data)
 
     def restart(self) -> None:
-        """Let it begin anew, as after a dip of its supply."""
+        """Restart it, as after a dip of its supply."""
         with self._lock:
             self.core.reset(_now_ms())
 
     def listen(self, seconds: float) -> bytes:
-        """Give what comes within so many seconds."""
+        """Return what arrives within `seconds`."""
         before = len(self.heard)
         time.sleep(seconds)
         return self.heard[before:]
 
     def until(self, enough: Callable[[], bool], within_s: float = 5.0) -> None:
-        """Listen until what was heard is enough; fails when it takes too long."""
+        """Wait until `enough` holds; fail after `within_s`."""
         end_s = time.monotonic() + within_s
         while not enough():
             assert time.monotonic() < end_s, f"only {self.heard!r} came"
             time.sleep(0.001)
 
     def frames(self) -> list[Frame]:
-        """Give the frames that were heard; fails on damage."""
+        """Return the frames so far; fail if any is damaged."""
         with self._lock:
             assert self._decoder.errors == 0
             return list(self._frames)
@@ -114,13 +114,13 @@ class Board:
         return any(frame.body == body for frame in self.frames())
 
     def moves(self, dialect: str) -> bool:
-        """Tell whether what was heard would move a robot."""
+        """Return whether anything received moves a robot."""
         if dialect == "bytes":
             return any(octet in b"FBLRGIHJ" for octet in self.heard)
         return any(isinstance(frame.body, DriveBody) for frame in self.frames())
 
     def stands(self, dialect: str) -> bool:
-        """Tell whether the last that was heard is a stop."""
+        """Return whether a stop was received last."""
         if dialect == "bytes":
             return self.heard.endswith(b"S")
         frames = self.frames()

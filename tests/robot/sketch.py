@@ -1,18 +1,18 @@
 """Boards that are driven by lines, each behind a pseudo-terminal, in a process of its own.
 
-They are written from what the programs and manuals say that they copy, and know nothing of WAX:
+They are written from the originals' source and manuals, and know nothing of WAX:
 
 - ``bridge``: ros_arduino_bridge's ROSArduinoBridge.ino (hbrobotics). One letter, up to two numbers
-  apart by spaces, a carriage return; a letter that is not known is answered "Invalid Command". A
+  separated by spaces, a carriage return; an unknown letter is answered "Invalid Command". A
   loop of 30 Hz moves the wheels; without an ``m`` for 2000 ms they stop.
 - ``roboteq``: "Advanced Digital Motor Controller User Manual", serial operation. Commands end with
   a carriage return or ``_``; each is echoed until ``^ECHOF 1``, then answered ``+`` or ``-``. After
-  ``^RWD`` ms without a command that begins with ``!`` the motors stop, and go on with the next
+  ``^RWD`` ms without a command that begins with ``!`` the motors stop, and resume with the next
   valid one. ``!EX`` stops them until ``!MG``.
 - ``mute``: reads and never answers.
 
 ``python sketch.py KIND LINK LOG`` makes LINK a link to its port and writes to LOG a line of JSON
-for each command that it took and each change of its wheels, with ``t_s`` of CLOCK_MONOTONIC. Its
+for each command that ran and each change of its wheels, with ``t_s`` of CLOCK_MONOTONIC. Its
 standard input takes ``unplug``, ``plug``, ``reset``, ``freeze`` and ``thaw``; its end ends it.
 """
 
@@ -46,14 +46,14 @@ class Wheels:
         self.now = (0, 0)
 
     def turn(self, left: int, right: int, why: str, after_s: float | None = None) -> None:
-        """Turn, or stand because nothing has come for so long."""
+        """Turn, or stop after `after_s` without a command."""
         if (left, right) != self.now:
             self.now = (left, right)
             self._log.say("wheels", left=left, right=right, why=why, after_s=after_s)
 
 
 class Mute:
-    """Reads, and never answers."""
+    """A board that reads and never answers."""
 
     def __init__(self, log: Log) -> None:
         self.wheels = Wheels(log)
@@ -199,7 +199,7 @@ def _atoi(text: str) -> int:
 
 
 class Cable:
-    """A pseudo-terminal at whose link the port is, while it is plugged in."""
+    """A pseudo-terminal, with its port at `link` while plugged in."""
 
     def __init__(self, link: str) -> None:
         self._link = Path(link)
@@ -234,7 +234,7 @@ class Cable:
 
 
 class Bench:
-    """A board, its cable and who commands both."""
+    """A board and its cable, commanded by standard input."""
 
     def __init__(self, kind: str, link: str, log_path: str) -> None:
         self._kind, self._log, self._cable = kind, Log(log_path), Cable(link)

@@ -31,7 +31,7 @@ DIRECTIONS: Final = {
     b"H": (-1, 1),
     b"J": (-1, -1),
 }
-"""The commands of 2004: ahead or back, left or right."""
+"""The commands of 2004: ahead and left, from -1 to 1."""
 
 
 class Ours(DriverSafety):
@@ -41,14 +41,14 @@ class Ours(DriverSafety):
     ttl_s: ClassVar[float | None] = None
 
     def test_its_limits_are_the_configured_ones(self, driver: Driver) -> None:
-        """Kind and limits are known before it is opened, and are what the host has configured."""
+        """Kind and limits are known before it is opened, and are the configured ones."""
         assert driver.kind == self.kind
         assert (driver.limits.linear_mps, driver.limits.angular_rps) == (0.6, 1.5)
         assert driver.limits.ttl_s == self.ttl_s
 
 
 class TestSimulated(Ours):
-    """Seen by how it moves."""
+    """Observed by its motion."""
 
     kind = "simulated"
     ttl_s = 0.3
@@ -74,7 +74,7 @@ class TestSimulatedWithSomebodyAboard(TestSimulated):
 
 @pytest.mark.system
 class TestSerialFrames(Ours):
-    """Seen by what comes down the line, behind which the real firmware's core runs."""
+    """Observed on the line to the real firmware's core."""
 
     dialect: ClassVar = "frames"
     text: ClassVar[dict[str, Any]] = {}
@@ -118,10 +118,10 @@ class TestSerialFrames(Ours):
 
 
 class TestSerialBytes(TestSerialFrames):
-    """The commands say no speed, so each counts as the fastest."""
+    """The commands have no speed, so each counts as the fastest."""
 
     dialect = "bytes"
-    ttl_s = None  # it holds for ever what it was told
+    ttl_s = None  # it follows the last command for ever
 
     def commanded(self) -> Sequence[Twist]:
         heard = self.board.heard[self._taken :]
@@ -136,7 +136,7 @@ class TestSerialBytes(TestSerialFrames):
 
 
 class TestSerialText(TestSerialFrames):
-    """Lines with the wheels' speeds in mm/s, at a board that says that it stops after 300 ms."""
+    """Lines with the wheels' speeds in mm/s, for a board that is said to stop after 300 ms."""
 
     dialect = "text"
     text: ClassVar[dict[str, Any]] = {
@@ -158,7 +158,7 @@ class TestSerialText(TestSerialFrames):
 
 @pytest.mark.full
 class TestSerialFramesInItsProcess(TestSerialFrames):
-    """The same robot in a process of its own, as the server has it."""
+    """The same robot in a process of its own, as in the server."""
 
     def make_driver(self, clock: Clock) -> Driver:
         return make_robot(self.settings, clock)

@@ -1,4 +1,4 @@
-"""The head and its two ears."""
+"""The simulated head and its two ears."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ bearings = st.floats(-4.0, 4.0)
 
 @given(bearing_rad=bearings)
 def test_left_and_right_are_mirrored(bearing_rad: float) -> None:
-    """What one ear is for a direction the other is for its mirror image; front and back are one."""
+    """Mirrored directions swap the ears; front and back are alike."""
     left, right = delay_samples(bearing_rad)
     assert delay_samples(-bearing_rad) == pytest.approx((right, left), abs=1e-6)
     assert delay_samples(math.pi - bearing_rad) == pytest.approx((left, right), abs=1e-6)
@@ -26,7 +26,7 @@ def test_left_and_right_are_mirrored(bearing_rad: float) -> None:
 
 @given(bearing_rad=st.floats(0.1, math.pi - 0.1))
 def test_the_nearer_ear_is_sooner_and_brighter(bearing_rad: float) -> None:
-    """From the left: the right ear hears later, by at most 0.66 ms, and duller."""
+    """From the left, the right ear hears later, by at most 0.66 ms, and duller."""
     left, right = delay_samples(bearing_rad)
     assert 0 < right - left <= 0.66e-3 * SAMPLE_RATE_HZ
     assert brightness(bearing_rad)[0] > brightness(bearing_rad)[1]
@@ -39,7 +39,7 @@ def tone(hertz: float, seconds: float = 1.0) -> np.ndarray[tuple[int], np.dtype[
 
 @pytest.mark.parametrize(("hertz", "least_db", "most_db"), [(150, 0, 1.5), (6000, 15, 30)])
 def test_the_head_shades_high_tones(hertz: float, least_db: float, most_db: float) -> None:
-    """A low tone from the side goes around the head, a high one is 15 dB down and more."""
+    """From the side, a low tone goes around the head, a high one is at least 15 dB down."""
     ears = Ears()
     heard = np.concatenate(
         [ears.hear(part, math.radians(60)) for part in tone(hertz).reshape(-1, BLOCK_SAMPLES)]
@@ -49,7 +49,7 @@ def test_the_head_shades_high_tones(hertz: float, least_db: float, most_db: floa
 
 
 def test_turning_makes_no_click() -> None:
-    """While the head spins through all directions a tone stays smooth across blocks."""
+    """While the head turns through all directions, a tone stays smooth across blocks."""
     ears = Ears()
     parts = tone(440.0, 4.0).reshape(-1, BLOCK_SAMPLES)
     heard = np.concatenate([ears.hear(part, 0.03 * n) for n, part in enumerate(parts)])

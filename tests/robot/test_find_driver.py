@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize("name", ["simulated", "serial"])
 def test_ours_are_found_by_name(name: str, clock: FakeClock) -> None:
-    """The driver that comes has the kind that was asked for, and is not connected yet."""
+    """The driver has the configured kind, and is not connected yet."""
     driver = make_driver(RobotSettings(driver=name), clock)
     assert driver.kind == name
     assert not driver.state().connected
 
 
-def test_anybodys_class_is_found(clock: FakeClock) -> None:
+def test_a_third_party_class_is_found(clock: FakeClock) -> None:
     """A driver named package.module:Class is built with settings and clock."""
     name = "wax.robot.simulated.robot:SimulatedRobot"
     assert (
@@ -42,8 +42,8 @@ def test_anybodys_class_is_found(clock: FakeClock) -> None:
     )
 
 
-def test_an_unknown_name_is_answered_with_what_is_possible(clock: FakeClock) -> None:
-    """The sentence quotes what was asked for and lists every possibility."""
+def test_an_unknown_name_lists_the_known_ones(clock: FakeClock) -> None:
+    """The error quotes the name and lists every possibility."""
     with pytest.raises(ConfigError, match=r"'tank'.*'serial', 'simulated'.*package\.module:Class"):
         make_driver(RobotSettings(driver="tank"), clock)
 
@@ -78,8 +78,8 @@ def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable
     sys.modules.pop("wooden_robot", None)
 
 
-def test_a_whole_robot_is_taken(plugin: Callable[[str], str], clock: FakeClock) -> None:
-    """A class in a file of one's own drives."""
+def test_a_complete_class_is_accepted(plugin: Callable[[str], str], clock: FakeClock) -> None:
+    """A class in a file of the host's own is a driver."""
     assert make_driver(RobotSettings(driver=plugin(GOOD)), clock).kind == "wooden"
 
 
@@ -119,10 +119,10 @@ def test_a_whole_robot_is_taken(plugin: Callable[[str], str], clock: FakeClock) 
         ),
     ],
 )
-def test_a_plugin_that_cannot_be_used_says_so_in_a_sentence(
+def test_a_plugin_that_cannot_be_used_is_one_sentence(
     plugin: Callable[[str], str], clock: FakeClock, text: str, sentence: str
 ) -> None:
-    """Whatever is wrong with somebody's class is one line naming key and class, no traceback."""
+    """Any fault of a plug-in is one line that names key and class, without a traceback."""
     with pytest.raises(ConfigError) as refused:
         make_driver(RobotSettings(driver=plugin(text)), clock)
     said = str(refused.value)
@@ -131,8 +131,8 @@ def test_a_plugin_that_cannot_be_used_says_so_in_a_sentence(
     assert "\n" not in said
 
 
-def test_a_plugin_that_is_not_there_says_so(clock: FakeClock) -> None:
-    """A module that nobody has installed is a sentence naming the key and the module."""
+def test_a_missing_plugin_is_an_error(clock: FakeClock) -> None:
+    """The error for a module that is not installed names the key and the module."""
     with pytest.raises(ConfigError, match=r"^robot\.driver: no\.such:Robot: cannot import no\.suc"):
         make_driver(RobotSettings(driver="no.such:Robot"), clock)
 
@@ -141,7 +141,7 @@ _EXTRA_OF = {"cyclonedds": "ros2", "gpiozero": "gpio", "pymavlink": "mavlink"}
 
 
 class _Absent:
-    """What Python asks before anything else where a module is."""
+    """Python's first finder, which hides a library."""
 
     def __init__(self, library: str) -> None:
         self._library = library
@@ -153,7 +153,7 @@ class _Absent:
 
 @pytest.fixture
 def without(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
-    """Take a library away, and forget it and those of our modules that have loaded it."""
+    """Hide a library, and unload it and those of our modules that have loaded it."""
 
     def taken(library: str) -> None:
         names = ("codec", "conversation", "dds_link")
@@ -166,10 +166,10 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
 
 
 @pytest.mark.parametrize("library", _EXTRA_OF)
-def test_what_an_extra_brings_is_told_with_the_line_that_installs_it(
+def test_a_missing_extra_names_the_command_that_installs_it(
     library: str, clock: FakeClock, without: Callable[[str], None]
 ) -> None:
-    """The server does not start without it, and says in one line what to type."""
+    """The server does not start without its library, and one line says what to type."""
     extra = _EXTRA_OF[library]
     without(library)
     with pytest.raises(ConfigError) as refused:
@@ -181,7 +181,7 @@ def test_what_an_extra_brings_is_told_with_the_line_that_installs_it(
 
 
 def test_a_rosbridge_needs_no_extra(clock: FakeClock, without: Callable[[str], None]) -> None:
-    """Where DDS cannot be installed, a robot on ROS 2 is reached without it."""
+    """Without DDS, a robot on ROS 2 is still reached by rosbridge."""
     without("cyclonedds")
     tree = {"driver": "ros2", "ros2": {"transport": "rosbridge"}}
     assert make_robot(RobotSettings.model_validate(tree), clock).kind == "ros2"
@@ -193,10 +193,10 @@ EAR = "\n    def microphone(self, clock): pass"
 
 @pytest.mark.system
 @pytest.mark.parametrize("text", [GOOD + EYE, *at_length(GOOD, GOOD + EAR)])
-def test_every_robot_of_somebody_elses_gets_a_process(
+def test_every_third_party_robot_gets_a_process(
     plugin: Callable[[str], str], clock: FakeClock, text: str
 ) -> None:
-    """The server holds it by the process's driver, which says of itself what the robot would."""
+    """The server uses a `ProcessDriver` with the robot's own kind, limits and senses."""
     robot = make_robot(RobotSettings(driver=plugin(text)), clock)
     assert isinstance(robot, ProcessDriver)
     assert (robot.kind, robot.limits.linear_mps) == ("wooden", 1.0)
@@ -205,8 +205,8 @@ def test_every_robot_of_somebody_elses_gets_a_process(
     assert "wooden_robot" not in sys.modules
 
 
-def test_the_simulated_robot_stays_with_the_server(clock: FakeClock) -> None:
-    """It draws its picture from where it stands, which only its own process knows."""
+def test_the_simulated_robot_runs_in_the_server(clock: FakeClock) -> None:
+    """Its cameras need its pose, which only its own process knows."""
     assert isinstance(make_robot(RobotSettings(), clock), SimulatedRobot)
     assert isinstance(make_robot(RobotSettings(driver="serial"), clock), ProcessDriver)
 
@@ -218,10 +218,10 @@ WATCHDOG = GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s=0.2)")
 
 @pytest.mark.system
 @pytest.mark.parametrize("senses", [EYE, *at_length("")])
-def test_a_robot_with_a_hand_control_takes_somebody_aboard(
+def test_a_robot_with_a_hand_control_allows_a_person_aboard(
     plugin: Callable[[str], str], clock: FakeClock, senses: str
 ) -> None:
-    """As that of a robot with a control on a line of its own does, and with whatever senses."""
+    """So does a control on a serial line of its own; senses do not matter."""
     text = WATCHDOG + HAND + senses
     robot = make_robot(RobotSettings(driver=plugin(text)), clock, local=ABOARD)
     assert isinstance(robot, ProcessDriver)
@@ -239,16 +239,16 @@ def test_a_robot_with_a_hand_control_takes_somebody_aboard(
         ("raise OSError('no bus')", r"^robot\.driver: .*no bus"),
     ],
 )
-def test_nobody_sits_in_a_robot_that_they_could_not_stop(
+def test_nobody_is_aboard_a_robot_that_they_could_not_stop(
     plugin: Callable[[str], str], clock: FakeClock, text: str, why: str
 ) -> None:
-    """Without a control of theirs, or with one that dies with a process, WAX does not start."""
+    """WAX does not start without a hand control, or without a watchdog of the robot itself."""
     with pytest.raises(ConfigError, match=why):
         make_robot(RobotSettings(driver=plugin(text)), clock, local=ABOARD)
 
 
 def test_somebody_may_sit_in_the_simulated_robot(clock: FakeClock) -> None:
-    """It keeps its camera, microphone and speaker, and says that it stops by itself in silence."""
+    """The simulated chair keeps its senses, and reports that it stops by itself in silence."""
     robot = make_robot(RobotSettings(silence_ms=120), clock, local=ABOARD)
     assert isinstance(robot, SimulatedChair)
     assert isinstance(robot, HasCamera)
@@ -259,10 +259,10 @@ def test_somebody_may_sit_in_the_simulated_robot(clock: FakeClock) -> None:
 
 @pytest.mark.system
 @pytest.mark.parametrize(("text", "warned"), [(GOOD, True), (WATCHDOG + EYE, False)])
-def test_a_robot_without_a_watchdog_of_its_own_is_warned_of(
+def test_a_robot_without_a_watchdog_logs_a_warning(
     plugin: Callable[[str], str], clock: FakeClock, text: str, warned: bool
 ) -> None:
-    """The host reads at the start that it keeps moving if its driver's process hangs."""
+    """The warning says that it keeps moving if its driver's process hangs."""
     with capture_logs() as logs:
         make_robot(RobotSettings(driver=plugin(text)), clock)
     assert [line["event"] for line in logs] == [NO_WATCHDOG] * warned
@@ -281,7 +281,7 @@ def test_a_robot_without_a_watchdog_of_its_own_is_warned_of(
 def test_a_driver_that_fails_while_it_is_built_ends_no_server(
     plugin: Callable[[str], str], clock: FakeClock, text: str, why: str
 ) -> None:
-    """The host reads why; the server goes on with the limits that are configured, unmoved."""
+    """The log says why; the server keeps running, with the configured limits."""
     settings = RobotSettings(driver=plugin(text), max_linear_mps=0.4)
     with capture_logs() as logs:
         robot = make_robot(settings, clock)
@@ -294,8 +294,8 @@ def test_a_driver_that_fails_while_it_is_built_ends_no_server(
 
 
 @pytest.mark.system
-def test_a_driver_that_is_not_there_ends_the_start(clock: FakeClock) -> None:
-    """A wrong name is a mistake in the configuration, and nothing is served."""
+def test_a_missing_driver_ends_the_start(clock: FakeClock) -> None:
+    """A wrong name in the configuration is an error, and the server does not start."""
     with pytest.raises(ConfigError, match=r"^robot\.driver: no\.such:Robot: cannot import no\.suc"):
         make_robot(RobotSettings(driver="no.such:Robot"), clock)
 
@@ -304,7 +304,7 @@ LAMP = ControlSettings(name="lamp", kind="toggle")
 
 
 def test_a_control_must_be_one_of_the_robots() -> None:
-    """A slip of the pen is told with what there is, a robot without controls with what to do."""
+    """A misspelt control lists those there are; without any, the error says what to do."""
     settings = RobotSettings()
     assert make_robot(settings, SystemClock(), controls=[LAMP]).limits.controls[0] == "lamp"
     wrong = LAMP.model_copy(update={"name": "lmap"})

@@ -1,4 +1,4 @@
-"""A steady beat."""
+"""A steady rate."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_beats_do_not_drift(clock: FakeClock) -> None:
 
 
 def test_a_long_pause_is_not_made_up_for(clock: FakeClock) -> None:
-    """After the machine slept the beat begins anew instead of racing."""
+    """After a sleep of the machine the beat starts over instead of catching up."""
     pacer = FrameTimer(0.02, clock, clock.wait)
     pacer.beat()
     clock.time_s += 10.0
@@ -34,8 +34,8 @@ def test_a_long_pause_is_not_made_up_for(clock: FakeClock) -> None:
     assert pacer.beat() == pytest.approx(late_s + 0.02)
 
 
-def test_whoever_waits_can_be_told_to_end(clock: FakeClock) -> None:
-    """A wait that ends early ends the beat at once."""
+def test_a_wait_can_end_early(clock: FakeClock) -> None:
+    """A wait that is ended early ends the beat at once."""
     pacer = FrameTimer(1.0, clock, lambda _: True)
     pacer.beat()
     assert clock.time_s == 1000.0

@@ -1,4 +1,4 @@
-"""Session by session: what the dialect `frames` takes for an answer, and for how long."""
+"""Sessions: what the dialect `frames` accepts as an answer, and for how long."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def test_before_the_first_hello_nothing_is_known() -> None:
-    """A line that was never opened does not answer, and nothing is known of its robot."""
+    """Before a connection there is no answer, and nothing is known of the robot."""
     dialect = framed()
     assert not dialect.answers(0.0)
     assert dialect.overdue(0.5)
@@ -28,11 +28,11 @@ def test_before_the_first_hello_nothing_is_known() -> None:
     assert dialect.known() == {"line_errors": 0.0}
 
 
-def test_greetings_are_of_no_turn_and_of_no_time() -> None:
-    """Hello and stop carry turn 0 and no time-to-live, and hello no time, whatever was reported."""
+def test_greetings_have_no_turn_and_no_time_to_live() -> None:
+    """Hello and stop carry turn 0 and no time-to-live; hello also carries time 0."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
-    robot.answer(dialect, 1.0, time_ms=5000, sequence=99)  # the robot speaks; it did not hear
+    robot.answer(dialect, 1.0, time_ms=5000, sequence=99)  # a report, but no answer
     robot.hear(dialect.data_to_send(going(1, 0), 3.0)[0])
     assert [type(frame.body) for frame in robot.heard] == [HelloBody, StopBody, HelloBody, StopBody]
     assert {(frame.turn, frame.ttl_ms) for frame in robot.heard} == {(0, 0)}
@@ -40,8 +40,8 @@ def test_greetings_are_of_no_turn_and_of_no_time() -> None:
 
 
 @pytest.mark.parametrize(("answered_s", "number"), [(1.1, 99), (1.5, 2)])
-def test_what_is_no_answer_changes_nothing(answered_s: float, number: int) -> None:
-    """The same session is offered on and on, until one of its frames is taken soon enough."""
+def test_a_report_that_is_no_answer_changes_nothing(answered_s: float, number: int) -> None:
+    """The same session is offered until one of its frames is acknowledged in time."""
     dialect, robot = framed(), Robot()
     hello = robot.hear(dialect.hello(1.0))
     robot.answer(dialect, answered_s, sequence=number)
@@ -52,7 +52,7 @@ def test_what_is_no_answer_changes_nothing(answered_s: float, number: int) -> No
 
 
 def test_a_frame_of_the_last_session_is_no_answer() -> None:
-    """Nothing that was sent before the newest hello counts after it."""
+    """Frames from before the newest hello no longer count."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
     before = robot.heard[-1].sequence
@@ -63,8 +63,8 @@ def test_a_frame_of_the_last_session_is_no_answer() -> None:
     assert dialect.answers(1.1)
 
 
-def test_a_robot_that_goes_on_answering_keeps_its_session() -> None:
-    """Each answer is worth half a second from when the frame that it names was sent."""
+def test_a_robot_that_keeps_answering_keeps_its_session() -> None:
+    """An answer counts for 0.5 s after the frame that it acknowledges was sent."""
     dialect, robot = connected(1.0)
     session = robot.decoder.session
     for number in range(1, 21):
@@ -75,8 +75,8 @@ def test_a_robot_that_goes_on_answering_keeps_its_session() -> None:
     assert (dialect.overdue(3.49), dialect.overdue(3.5)) == (False, True)
 
 
-def test_a_robot_that_lags_behind_is_not_heard() -> None:
-    """What it names must be among the last 256 frames, however soon they came."""
+def test_a_robot_that_lags_behind_does_not_answer() -> None:
+    """A report must acknowledge one of the last 256 frames, however recent."""
     for behind, hears in ((255, True), (256, False)):
         dialect, robot = connected(1.0)
         for number in range(300):
@@ -85,8 +85,8 @@ def test_a_robot_that_lags_behind_is_not_heard() -> None:
         assert dialect.answers(1.5) is hears
 
 
-def test_after_a_silence_the_motion_is_said_at_once() -> None:
-    """With a new session's first answer nothing counts as said, not even the same order."""
+def test_after_a_silence_motion_is_sent_at_once() -> None:
+    """In a new session even an unchanged order counts as new."""
     dialect, robot = connected(1.0)
     robot.hear(dialect.data_to_send(going(1, 0), 1.0)[0])
     robot.hear(dialect.data_to_send(going(1, 0), 1.5)[0])
@@ -95,7 +95,7 @@ def test_after_a_silence_the_motion_is_said_at_once() -> None:
 
 
 def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
-    """Where the stop between two turns was never said it is said first; elsewhere there is one."""
+    """If the stop between two turns was not sent, it is sent first, but never twice."""
     dialect, robot = connected(1.0)
     robot.hear(dialect.data_to_send(going(1, 0), 1.0)[0])
     assert robot.hear(dialect.data_to_send(going(-1, 0, turn=2), 1.01)[0]) == [
@@ -107,8 +107,8 @@ def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
     assert robot.hear(dialect.data_to_send(going(1, 0, turn=3), 1.03)[0]) == [DriveBody(600, 600)]
 
 
-def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
-    """When its own watchdog has stopped it, a new session begins, although it answers."""
+def test_a_robot_that_stopped_by_itself_does_not_resume_by_itself() -> None:
+    """After its own watchdog has stopped it, a new session begins, although it answers."""
     dialect, robot = connected(1.0)
     session = robot.decoder.session
     robot.hear(dialect.data_to_send(going(1, 0), 1.0)[0])
@@ -124,16 +124,16 @@ def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
     assert dialect.answers(1.22)
 
 
-def test_a_stop_of_its_own_before_the_session_is_no_news() -> None:
-    """A robot may begin with the report that its watchdog had stopped it; that session is over."""
+def test_an_earlier_stop_by_its_watchdog_is_ignored() -> None:
+    """A session's first report may still say that the watchdog has stopped the robot."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
     robot.answer(dialect, 1.1, flags=2)
     assert dialect.answers(1.1)
 
 
-def test_ticks_of_known_length_tell_where_it_is() -> None:
-    """By the robot's own clock, past its end too; a new session begins where the last one ended."""
+def test_ticks_of_known_length_give_the_pose() -> None:
+    """Speed is by the robot's clock, even when it wraps; a new session continues the pose."""
     settings = RobotSettings.model_validate({"serial": {"ticks_per_m": 1000.0}})
     dialect = FramesDialect(WheelMixer(settings), 200, (), Odometry(settings))
     robot = Robot()
@@ -152,15 +152,15 @@ def test_ticks_of_known_length_tell_where_it_is() -> None:
 
 
 def test_farewell_before_any_motion() -> None:
-    """Where no turn has begun the last stop is of turn 0."""
+    """Before any turn the farewell has turn 0."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
     assert robot.hear(dialect.farewell()) == [StopBody()]
     assert robot.heard[-1].turn == 0
 
 
-def test_while_it_does_not_answer_the_next_greeting_is_waited_for() -> None:
-    """However long that lasts, hello and stop come ten times a second and no more often."""
+def test_without_an_answer_greetings_keep_their_rate() -> None:
+    """Without an answer, hello and stop are sent ten times a second, no more often."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
     robot.hear(dialect.data_to_send(going(1, 0), 2.0)[0])
@@ -169,7 +169,7 @@ def test_while_it_does_not_answer_the_next_greeting_is_waited_for() -> None:
 
 @pytest.fixture
 def draws(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], list[int]]:
-    """Let chance give always the same number; tells from how many it was drawn."""
+    """Draw always the same number; return the ranges from which it was drawn."""
     drawn_from: list[int] = []
 
     def rig(number: int) -> list[int]:
@@ -183,8 +183,8 @@ def draws(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], list[int]]:
     return rig
 
 
-def test_sessions_are_drawn_from_all_that_there_are(draws: Callable[[int], list[int]]) -> None:
-    """1 to 65533, and 65534 in the place of the one that was just drawn."""
+def test_sessions_are_drawn_from_the_whole_range(draws: Callable[[int], list[int]]) -> None:
+    """They are 1 to 65533, and 65534 in place of the last one."""
     drawn_from = draws(0)
     dialect, robot = framed(), Robot()
     sessions = [robot.hear(dialect.hello(float(n)))[0] for n in range(3)]

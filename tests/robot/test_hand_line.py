@@ -1,4 +1,4 @@
-"""The frames of a hand control's line."""
+"""The frames of a hand control."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ readings = st.builds(
 
 
 def test_a_frame_byte_by_byte() -> None:
-    """The bytes are those of the description, for whoever builds a control."""
+    """The bytes are as described for people who build a control."""
     reading = HandReading(5.0, linear=1.0, angular=-0.5, is_held=True, ask="left")
     assert encode(reading, 258).hex() == "a55b0264ce11eed7f8"
 
 
 @given(st.lists(readings, max_size=20), st.integers(1, 7))
-def test_what_is_sent_is_read(sent: list[HandReading], piece: int) -> None:
-    """Every reading comes out again, in whichever pieces the line brings it."""
+def test_readings_survive_encoding(sent: list[HandReading], piece: int) -> None:
+    """Every reading is decoded, in whatever pieces it arrives."""
     data = b"".join(encode(one, number + 1) for number, one in enumerate(sent))
     decoder = HandDecoder()
     found = []
@@ -46,8 +46,8 @@ def test_what_is_sent_is_read(sent: list[HandReading], piece: int) -> None:
 
 @examples(2000)
 @given(readings, st.integers(0, 8 * LENGTH - 1), st.integers(0, 8 * LENGTH - 1))
-def test_a_damaged_frame_is_none(reading: HandReading, one: int, other: int) -> None:
-    """One or two flipped bits are always noticed, and the frame after them is read."""
+def test_a_damaged_frame_is_dropped(reading: HandReading, one: int, other: int) -> None:
+    """One or two flipped bits are always detected, and the next frame is decoded."""
     damaged = bytearray(encode(reading, 1))
     for bit in {one, other}:
         damaged[bit // 8] ^= 1 << bit % 8
@@ -56,7 +56,7 @@ def test_a_damaged_frame_is_none(reading: HandReading, one: int, other: int) -> 
 
 @given(st.binary(max_size=200))
 def test_noise_raises_nothing_and_is_forgotten(noise: bytes) -> None:
-    """After whatever came, the second frame at the latest is read again."""
+    """After any noise, at the latest the second frame is decoded."""
     decoder = HandDecoder()
     decoder.feed(noise, 0.0)
     after = decoder.feed(encode(REST, 1) + encode(REST, 2), 5.0)
@@ -64,7 +64,7 @@ def test_noise_raises_nothing_and_is_forgotten(noise: bytes) -> None:
 
 
 def test_noise_of_a_million_bytes_is_nearly_never_a_frame() -> None:
-    """Beside the checksum the buttons are sent twice: noise does not press any."""
+    """With a checksum, and buttons sent twice, noise presses none."""
     rng = random.Random(7)
     decoder = HandDecoder()
     assert sum(len(decoder.feed(rng.randbytes(1000), 0.0)) for _ in range(1000)) == 0
@@ -74,14 +74,14 @@ def test_noise_of_a_million_bytes_is_nearly_never_a_frame() -> None:
     ("number", "counts"), [(10, False), (9, False), (11, True), (137, True), (138, False)]
 )
 def test_only_a_newer_number_counts(number: int, counts: bool) -> None:
-    """A line that repeats itself, or brings what is past, says nothing."""
+    """Repeated or older frames are ignored."""
     decoder = HandDecoder()
     assert decoder.feed(encode(REST, 10), 5.0) == [REST]
     assert bool(decoder.feed(encode(REST, number), 5.0)) is counts
 
 
-def test_a_control_that_restarts_counts_anew() -> None:
-    """After a second without a frame any number is a first one."""
+def test_a_control_that_restarts_may_start_over() -> None:
+    """After 1 s without a frame any number is accepted."""
     decoder = HandDecoder()
     decoder.feed(encode(REST, 200), 5.0)
     assert decoder.feed(encode(REST, 200), 5.0 + RESTART_S - 0.001) == []
@@ -89,7 +89,7 @@ def test_a_control_that_restarts_counts_anew() -> None:
 
 
 def test_a_stick_beyond_its_range_is_read_as_it_is() -> None:
-    """Whoever judges readings must see that it cannot be."""
+    """The rules must see that it is out of range."""
     (found,) = HandDecoder().feed(encode(HandReading(5.0, linear=1.27, angular=-1.28), 1), 5.0)
     assert (found.linear, found.angular) == (1.27, -1.28)
     assert not found.is_in_range

@@ -27,7 +27,7 @@ QUIET = Pose(9.0, 8.0, 0.0)
 
 
 def near_radio(distance_m: float, facing: bool = True) -> Pose:
-    """Stand in the living room at this distance, looking at the radio or away from it."""
+    """Return a pose at this distance from the radio, facing it or facing away."""
     bearing = math.radians(-143.0)
     x = WORLD.radio[0] + distance_m * math.cos(bearing)
     y = WORLD.radio[1] + distance_m * math.sin(bearing)
@@ -60,15 +60,15 @@ def loudest_hz(sound: NDArray[np.float64]) -> float:
     return float(np.argmax(spectrum) * SAMPLE_RATE_HZ / len(sound))
 
 
-def test_the_radio_falls_by_six_decibels_a_doubling() -> None:
-    """Over the whole living room each doubling of the distance is heard as 6 dB less."""
+def test_the_radio_falls_by_6_db_a_doubling() -> None:
+    """Throughout the living room, twice the distance is 6 dB less."""
     levels = [level_db(hear(standing(near_radio(d)))) for d in (0.5, 1.0, 2.0, 4.0)]
     steps = [a - b for a, b in pairwise(levels)]
     assert all(5.5 < step_db < 6.5 for step_db in steps)
 
 
 def test_at_the_start_the_radio_is_heard() -> None:
-    """Where the robot starts the radio stands well out of the noise of the room."""
+    """Where the robot starts, the radio is at least 15 dB above the noise of the room."""
     assert level_db(hear(standing(WORLD.start))) > level_db(hear(standing(QUIET))) + 15.0
 
 
@@ -89,8 +89,8 @@ def test_walls_muffle_the_radio() -> None:
     assert brightness_hz(walled) < 0.85 * brightness_hz(free)
 
 
-def test_turning_tells_where_the_radio_is() -> None:
-    """The radio is loudest straight ahead of head and body, and clearly quieter from behind."""
+def test_turning_reveals_where_the_radio_is() -> None:
+    """The radio is loudest straight ahead of the head, and clearly quieter from behind."""
     ahead, behind = near_radio(1.5), near_radio(1.5, facing=False)
     assert level_db(hear(standing(ahead))) > level_db(hear(standing(behind))) + 6.0
     straight = reach(WORLD, WORLD.radio, ahead, ahead.heading_rad)
@@ -101,7 +101,7 @@ def test_turning_tells_where_the_radio_is() -> None:
 
 @pytest.mark.parametrize("turned_rad", [0.2, 0.8, 1.5])
 def test_the_nearer_ear_hears_it_sooner_and_louder(turned_rad: float) -> None:
-    """Turned away to the right, the radio is on the left: there it is louder; mirrored likewise."""
+    """With the radio on the left, the left ear is louder; on the right, the right one."""
     ahead = near_radio(1.5)
     for side, sign in ((0, -1.0), (1, 1.0)):
         pose = Pose(ahead.x_m, ahead.y_m, ahead.heading_rad + sign * turned_rad)
@@ -113,13 +113,13 @@ def test_the_nearer_ear_hears_it_sooner_and_louder(turned_rad: float) -> None:
 
 
 def test_the_robot_hears_itself_in_both_ears_alike() -> None:
-    """A motor has no direction: what differs is the noise of the room."""
+    """The motors have no direction: only the noise of the room differs."""
     both = hear_both(standing(QUIET, speed_mps=0.4))[SAMPLE_RATE_HZ // 4 :]
     assert level_db(both[:, 0] - both[:, 1]) < level_db(both[:, 0]) - 15.0
 
 
 def test_the_motors_rise_with_speed() -> None:
-    """The hum is silent at rest, and louder and higher the faster the wheels turn."""
+    """The hum is silent at rest, and the faster the wheels, the louder and higher."""
     still, slow, fast = (
         hear(standing(QUIET, speed_mps=v))[SAMPLE_RATE_HZ // 4 :] for v in (0.0, 0.2, 0.6)
     )
@@ -129,7 +129,7 @@ def test_the_motors_rise_with_speed() -> None:
 
 
 def test_a_collision_is_a_thud() -> None:
-    """One bump is one short loud event, louder when harder, and nothing after half a second."""
+    """A bump is one short, loud sound, louder if harder, and over after half a second."""
 
     def bumped(impact_mps: float) -> NDArray[np.float64]:
         before = standing(QUIET, 0.5)
@@ -143,14 +143,14 @@ def test_a_collision_is_a_thud() -> None:
     assert level_db(hard[-SAMPLE_RATE_HZ // 4 :]) < level_db(hard[: thud.start]) + 3.0
 
 
-def test_an_old_bump_is_not_heard_by_a_new_ear() -> None:
-    """An ear that opens after a collision does not hear it."""
+def test_an_old_bump_is_not_heard_by_a_new_microphone() -> None:
+    """A microphone opened after a collision does not hear it."""
     late = hear([Senses(0.0, QUIET, bumps=9, bump_mps=0.6)] * 20)
     assert level_db(late) < -50.0
 
 
 def test_no_click_and_no_clipping() -> None:
-    """While everything changes at once, block borders are as smooth as the sound within."""
+    """While everything changes at once, block borders are as smooth as the sound inside."""
 
     def wild(n: int) -> Senses:
         return Senses(
@@ -172,7 +172,7 @@ def test_no_click_and_no_clipping() -> None:
 
 
 def test_the_tune_is_a_loop_at_its_level() -> None:
-    """The end of the tune meets its beginning, and its loudness is what it says."""
+    """The end of the tune meets its beginning, and its level is LEVEL_RMS."""
     clear, muffled = tune()
     assert np.sqrt(np.mean(clear.astype(float) ** 2)) == pytest.approx(LEVEL_RMS, rel=0.01)
     for song in (clear, muffled):
@@ -181,7 +181,7 @@ def test_the_tune_is_a_loop_at_its_level() -> None:
     assert len(clear) == len(muffled)
 
 
-def test_the_same_ear_hears_the_same() -> None:
-    """Sound depends on nothing but the seed and what happens."""
+def test_the_same_moments_sound_the_same() -> None:
+    """Sound depends only on the seed and the events."""
     moments = standing(WORLD.start, 0.2, speed_mps=0.3)
     assert np.array_equal(hear(moments), hear(moments))

@@ -27,16 +27,16 @@ def test_each_port_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     assert list_ports() == ["Serial ports:", "  /dev/ttyACM0  (Arduino Uno)", "  /dev/ttyUSB1"]
 
 
-def test_none_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_port_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """A machine without a serial port says so."""
     monkeypatch.setattr(tools, "comports", list)
     assert list_ports() == ["Serial ports:", "  none found"]
 
 
-def test_boards_that_say_the_same_of_themselves_are_named_by_their_sockets(
+def test_boards_with_the_same_identity_are_named_by_their_sockets(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The one link that both would have leads to whichever was found last, also to the other."""
+    """Their common by-id link leads to whichever board was found last."""
     found = []
     for number, (name, vid, serial) in enumerate(
         (("A", 1, "A"), ("B", 1, "B"), ("S", None, None), ("S", None, None), *[("", 1, None)] * 2)
@@ -66,10 +66,10 @@ def test_boards_that_say_the_same_of_themselves_are_named_by_their_sockets(
         ("socket://host:1", 1, None),
     ],
 )
-def test_a_name_that_may_lead_to_another_board(
+def test_a_safer_name_is_suggested(
     tmp_path: Path, url: str, others: int, safer: str | None
 ) -> None:
-    """A number, or the link that two claim, while there is another board; other links stay."""
+    """With two boards, a device number or their common link is unsafe; other links are not."""
     (tmp_path / "tty0").touch()
     for link in ("by-id/usb", "by-path/hub-0", "rover"):
         (tmp_path / link).parent.mkdir(exist_ok=True)

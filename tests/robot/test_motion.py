@@ -38,7 +38,7 @@ rides = st.lists(st.tuples(twists, st.integers(1, 120)), min_size=1, max_size=12
 @examples(60)
 @given(rides)
 def test_never_inside_anything_and_never_too_fast(ride: list[tuple[Twist, int]]) -> None:
-    """However it is driven, the robot's circle stays clear and its speed within the limits."""
+    """However it is driven, the robot touches nothing and keeps its speed limits."""
     motion = Motion(WORLD.start)
     for twist, steps in ride:
         for _ in range(steps):
@@ -53,7 +53,7 @@ def test_never_inside_anything_and_never_too_fast(ride: list[tuple[Twist, int]])
 @examples(30)
 @given(st.floats(-math.pi, math.pi), st.floats(5.0, 10.0))
 def test_the_fastest_robot_does_not_tunnel(heading: float, speed: float) -> None:
-    """Even at ten metres a second, the most that can be configured, walls hold."""
+    """Walls hold even at 10 m/s, the most that can be configured."""
     fast = Limits(linear_mps=speed, angular_rps=1.0)
     motion = Motion(Pose(WORLD.start.x_m, WORLD.start.y_m, heading))
     for _ in range(300):
@@ -61,8 +61,8 @@ def test_the_fastest_robot_does_not_tunnel(heading: float, speed: float) -> None
         assert clearance_m(motion) >= RADIUS_M - 1e-9
 
 
-def test_being_pushed_out_of_a_corner_is_no_way_to_be_faster() -> None:
-    """Where two surfaces push at once, the robot still goes no further than its speed allows."""
+def test_being_pushed_out_of_a_corner_adds_no_speed() -> None:
+    """Between two surfaces the robot moves no further than its speed allows."""
     corner = Pose(6.570175, 8.301864, -2.246502)
     fast = Limits(linear_mps=10.0, angular_rps=1.0)
     after = step(Motion(corner, linear_mps=10.0), Twist(10.0, 0.0), fast, WORLD, DT_S).pose
@@ -74,8 +74,8 @@ def test_the_start_is_free() -> None:
     assert clearance_m(Motion(WORLD.start)) > RADIUS_M + 0.1
 
 
-def test_it_goes_where_it_looks() -> None:
-    """Straight ahead means along the heading, by speed times time once it is up to speed."""
+def test_it_drives_along_its_heading() -> None:
+    """Once up to speed, it drives along its heading by speed times time."""
     path = drive(Motion(OPEN_FLOOR), Twist(0.5, 0.0), 2.0)
     late = path[-1].pose.x_m - path[-101].pose.x_m
     assert late == pytest.approx(-0.5, abs=1e-6)
@@ -83,7 +83,7 @@ def test_it_goes_where_it_looks() -> None:
 
 
 def test_positive_is_left() -> None:
-    """A positive angular speed turns counter-clockwise, and the right wheel is then the faster."""
+    """A positive angular speed turns counter-clockwise, with the right wheel faster."""
     motion = drive(Motion(OPEN_FLOOR), Twist(0.0, 1.0), 0.5)[-1]
     assert math.remainder(motion.pose.heading_rad - OPEN_FLOOR.heading_rad, math.tau) > 0.3
     left, right = motion.wheels_mps(0.3)
@@ -91,7 +91,7 @@ def test_positive_is_left() -> None:
 
 
 def test_speed_ramps_and_brakes_harder() -> None:
-    """Speed grows by the acceleration and no faster, and is gone sooner than it came."""
+    """Speed rises at the acceleration, and falls faster."""
     path = drive(Motion(OPEN_FLOOR), Twist(0.6, 0.0), 0.6)
     steps = [b.linear_mps - a.linear_mps for a, b in pairwise(path)]
     assert max(steps) == pytest.approx(ACCELERATION_MPS2 * DT_S)
@@ -101,7 +101,7 @@ def test_speed_ramps_and_brakes_harder() -> None:
 
 
 def test_head_on_it_stops_once_with_one_bump() -> None:
-    """Driving straight into a wall costs all speed, in one impact as hard as the robot was fast."""
+    """A wall takes all speed, in one impact at the speed of the robot."""
     path = drive(Motion(Pose(6.3, 2.9, -math.pi / 2)), Twist(0.6, 0.0), 6.0)
     impacts = [motion.impact_mps for motion in path if motion.impact_mps > 0.05]
     assert impacts == [pytest.approx(0.6, abs=0.02)]
@@ -109,8 +109,8 @@ def test_head_on_it_stops_once_with_one_bump() -> None:
     assert abs(path[-1].pose.y_m - path[-100].pose.y_m) < 1e-3
 
 
-def test_at_an_angle_it_slides_along() -> None:
-    """A wall met at an angle turns the motion along it and takes the rest of the speed."""
+def test_at_an_angle_it_slides_along_the_wall() -> None:
+    """At an angle, a wall leaves only the speed along it."""
     start = Pose(6.3, 0.4, math.radians(-30.0))
     path = drive(Motion(start), Twist(0.6, 0.0), 1.5)
     assert clearance_m(path[-1]) == pytest.approx(RADIUS_M, abs=1e-3)
@@ -119,7 +119,7 @@ def test_at_an_angle_it_slides_along() -> None:
 
 
 def test_it_can_leave_what_it_touches() -> None:
-    """Backing away from a wall is free motion without another bump."""
+    """Backing away from a wall is free, without another bump."""
     stuck = drive(Motion(Pose(6.3, 2.9, -math.pi / 2)), Twist(0.6, 0.0), 6.0)[-1]
     back = drive(stuck, Twist(-0.4, 0.0), 1.0)
     assert back[-1].pose.y_m > stuck.pose.y_m + 0.2
@@ -127,7 +127,7 @@ def test_it_can_leave_what_it_touches() -> None:
 
 
 def test_every_room_can_be_reached() -> None:
-    """From the start there is a way for the robot's circle into each room through its door."""
+    """The robot fits through the doors from the start into each room."""
     grid_m = 0.1
     seen = {(round(WORLD.start.x_m / grid_m), round(WORLD.start.y_m / grid_m))}
     frontier, reached = list(seen), set()

@@ -39,13 +39,13 @@ pytestmark = pytest.mark.system
 
 AHEAD = Twist(0.5, 0.0)
 PATIENT_MS = 1000
-"""The longest that a set-point may last: what tests hold lasts however busy the machine is."""
+"""The longest time-to-live, so that a held set-point survives a busy machine."""
 DIALECTS = pytest.mark.parametrize("dialect", ["frames", "bytes"])
 
 
 @pytest.fixture
 def connect(board: Board) -> Iterator[Callable[..., SerialRobot]]:
-    """Make robots on the board's line, opened; closed at the end."""
+    """Make and open robots on the board's line; close them at the end."""
     robots: list[SerialRobot] = []
 
     def connected(dialect: str = "frames", **robot: Any) -> SerialRobot:
@@ -64,7 +64,7 @@ def connect(board: Board) -> Iterator[Callable[..., SerialRobot]]:
 def eventually(
     robot: SerialRobot, so: Callable[[RobotState], bool], within_s: float = 10.0
 ) -> float:
-    """Wait until the state is so; return how long it took."""
+    """Wait until `so` holds for the state; return the time in s."""
     start_s = time.monotonic()
     while not so(robot.state()):
         assert time.monotonic() - start_s < within_s, robot.state()
@@ -83,7 +83,7 @@ def online(robot: SerialRobot) -> None:
 def hold(
     robot: SerialRobot, board: Board, twist: Twist, turn: int, enough: Callable[[], bool]
 ) -> None:
-    """Want a motion again and again, as the control loop does, until what came is enough."""
+    """Send a motion repeatedly, as the control loop does, until `enough` holds."""
     end_s = time.monotonic() + 10.0
     while not enough():
         assert time.monotonic() < end_s, f"only {board.heard!r} came"
@@ -92,7 +92,7 @@ def hold(
 
 
 def hold_until_later(robot: SerialRobot, board: Board, epoch: int) -> None:
-    """Want motion until the connection is a later one."""
+    """Send motion until the epoch is a later one."""
     hold(robot, board, AHEAD, 1, lambda: robot.state().epoch > epoch)
 
 
@@ -108,7 +108,7 @@ def ends_with_stops(board: Board) -> bool:
 
 
 def test_frames_come_down_the_line(connect: Callable[..., SerialRobot], board: Board) -> None:
-    """It begins with hello, drives when told, and stops when told."""
+    """It begins with hello, drives and stops as commanded."""
     robot = connect()
     online(robot)
     robot.apply(STANDSTILL, 3)
@@ -133,7 +133,7 @@ def test_bytes_come_down_the_line(connect: Callable[..., SerialRobot], board: Bo
 
 
 def test_the_base_is_as_configured(connect: Callable[..., SerialRobot], board: Board) -> None:
-    """Wheel base, trim and inversion of the configuration are in what comes down the line."""
+    """What is sent follows the configured wheel base, trim and inversion."""
     robot = connect(wheel_base_m=0.4, left_trim=0.5, invert_right=True)
     online(robot)
     robot.apply(STANDSTILL, 1)
@@ -143,7 +143,7 @@ def test_the_base_is_as_configured(connect: Callable[..., SerialRobot], board: B
 def test_its_axes_are_the_configured_ones(
     connect: Callable[..., SerialRobot], board: Board
 ) -> None:
-    """A name of the configuration moves the axis of its place; without names there is none."""
+    """A configured name moves the axis of its place; without names there is none."""
     robot = connect(serial={"axes": ["pan", "lamp"]})
     assert robot.limits.axes == ("pan", "lamp")
     online(robot)
@@ -157,7 +157,7 @@ def test_its_axes_are_the_configured_ones(
 def test_silence_stops_the_robot(
     connect: Callable[..., SerialRobot], board: Board, dialect: str
 ) -> None:
-    """Without a new set-point for its time-to-live the robot is told to stop, by the driver."""
+    """Without a new set-point for its time-to-live, the driver sends a stop."""
     robot = connect(dialect, serial={"ttl_ms": 200})
     online(robot)
     began_s = 0.0
@@ -179,7 +179,7 @@ def test_silence_stops_the_robot(
 def test_a_lower_turn_reaches_no_wire(
     connect: Callable[..., SerialRobot], board: Board, dialect: str
 ) -> None:
-    """A set-point of a past turn is not sent."""
+    """A set-point of an earlier turn is not sent."""
     robot = connect(dialect)
     online(robot)
     robot.stop(9)
@@ -210,7 +210,7 @@ def test_closing_stops_the_robot(
 def test_a_change_is_written_at_once(
     connect: Callable[..., SerialRobot], board: Board, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A set-point does not wait for whatever is due next, here a minute later."""
+    """A set-point does not wait for the next due time, here a minute later."""
     for due in ("DRIVE_EVERY_S", "STOP_EVERY_S", "SILENT_AFTER_S"):
         monkeypatch.setattr(frames_dialect, due, 60.0)
     robot = connect()
@@ -228,7 +228,7 @@ def test_a_change_is_written_at_once(
 def test_reports_are_shown_and_garbage_is_survived(
     connect: Callable[..., SerialRobot], board: Board
 ) -> None:
-    """Whatever the robot says, its reports are understood and driving goes on."""
+    """Among any garbage, reports are decoded and driving continues."""
     robot = connect()
     online(robot)
     board.say(os.urandom(3000) + b"\xa5\x5a\x20" + bytes(60))
@@ -267,11 +267,12 @@ def test_a_talkative_robot_does_not_delay_commands(
 
 
 @pytest.mark.parametrize("fault", ["mute", "deaf"])
-def test_a_robot_that_does_not_answer_is_told_apart_from_a_lost_port(
+def test_a_robot_that_does_not_answer_differs_from_a_lost_port(
     connect: Callable[..., SerialRobot], board: Board, fault: str
 ) -> None:
-    """A robot that does not speak, or does not hear, is told of in words of its own; and it is
-    greeted until it answers, and stands until standstill was wanted.
+    """A mute or deaf robot is a problem of its own.
+
+    It is greeted until it answers, and stands until there was standstill.
     """
     robot = connect()
     online(robot)
@@ -293,7 +294,7 @@ def test_a_robot_that_does_not_answer_is_told_apart_from_a_lost_port(
 def test_a_board_that_restarts_begins_a_new_epoch(
     connect: Callable[..., SerialRobot], board: Board
 ) -> None:
-    """A board that restarts under a held key moves no more before standstill was wanted."""
+    """A board that restarts under a held key does not move before standstill."""
     robot = connect()
     online(robot)
     epoch = robot.state().epoch
@@ -311,7 +312,7 @@ def test_a_board_that_restarts_begins_a_new_epoch(
 def test_a_program_of_another_kind_does_not_answer(
     connect: Callable[..., SerialRobot], board: Board
 ) -> None:
-    """Without the firmware's answer nothing but hello and stop is said."""
+    """Without the firmware's answer only hello and stop are sent."""
     board.mute = True
     robot = connect()
     eventually(robot, lambda state: state.problem is not None)
@@ -323,9 +324,9 @@ def test_a_program_of_another_kind_does_not_answer(
 
 
 def test_drives_come_without_a_gap(connect: Callable[..., SerialRobot], board: Board) -> None:
-    """While a motion is wanted it is repeated, no more often than fifty times a second.
+    """A held motion is repeated, no more often than fifty times a second.
 
-    By the sender's own account; a busy machine may be late, but not so late that the board stops.
+    The times are the sender's; a busy machine may be late, but not so late that the board stops.
     """
     robot = connect()
     online(robot)
@@ -347,7 +348,7 @@ def test_drives_come_without_a_gap(connect: Callable[..., SerialRobot], board: B
 def test_a_pulled_plug_is_noticed(
     connect: Callable[..., SerialRobot], board: Board, dialect: str
 ) -> None:
-    """Within half a second of the loss the state says so in a sentence."""
+    """Within 0.5 s of the loss the state has a problem."""
     robot = connect(dialect)
     online(robot)
     board.unplug()
@@ -364,7 +365,7 @@ def test_a_pulled_plug_is_noticed(
 def test_nothing_moves_after_a_loss_without_a_new_command(
     connect: Callable[..., SerialRobot], board: Board, dialect: str
 ) -> None:
-    """Of twenty losses under a held key none ends in motion before the key was let go."""
+    """None of twenty losses under a held key ends in motion before the key is released."""
     robot = connect(dialect)
     for round_number in range(20):
         online(robot)
@@ -383,10 +384,10 @@ def test_nothing_moves_after_a_loss_without_a_new_command(
 
 
 @DIALECTS
-def test_a_missing_port_is_waited_for(
+def test_a_missing_port_is_awaited(
     connect: Callable[..., SerialRobot], board: Board, dialect: str
 ) -> None:
-    """A port that is not there is told with what to do, and used as soon as it is there."""
+    """A missing port is a problem that says what to do; it is used as soon as it exists."""
     board.unplug()
     robot = connect(dialect)
     eventually(robot, lambda state: state.problem is not None)
@@ -396,8 +397,8 @@ def test_a_missing_port_is_waited_for(
     assert robot.state().problem is None
 
 
-def test_a_port_in_use_says_so(connect: Callable[..., SerialRobot], board: Board) -> None:
-    """A second program on the same port is refused with a sentence, not mixed in."""
+def test_a_port_in_use_is_a_problem(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """A second program on the same port is refused with a reason."""
     online(connect())
     second = connect()
     eventually(second, lambda state: state.problem is not None)
@@ -410,7 +411,7 @@ def test_a_port_in_use_says_so(connect: Callable[..., SerialRobot], board: Board
 def test_no_address_breaks_the_driver(
     connect: Callable[..., SerialRobot], board: Board, url: str
 ) -> None:
-    """An address that is no serial port is told in a sentence and tried again, for ever."""
+    """An address that is no serial port is a problem, and is retried for ever."""
     robot = connect(serial={"url": url, "reopen_s": 0.05})
     eventually(robot, lambda state: state.problem is not None)
     assert url in str(robot.state().problem)
@@ -424,7 +425,7 @@ def test_no_address_breaks_the_driver(
 )
 @pytest.mark.alone
 def test_a_line_over_the_network(connect: Callable[..., SerialRobot]) -> None:
-    """A robot behind a TCP address is driven like one on a cable, and its loss is noticed."""
+    """A robot at a TCP address is driven like one on a cable, and its loss is detected."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         robot = connect(serial={"url": f"socket://127.0.0.1:{server.getsockname()[1]}"})
         far_end, _ = server.accept()
@@ -442,9 +443,9 @@ def test_a_line_over_the_network(connect: Callable[..., SerialRobot]) -> None:
 
 
 def test_a_loop_is_a_line(connect: Callable[..., SerialRobot]) -> None:
-    """Pyserial's loop, which has no descriptor to wait on, is read and closed like the others.
+    """Pyserial's loop, which has no descriptor to wait on, is read and closed like others.
 
-    What comes back of the server's own words is no robot's answer.
+    The server's own echoed frames do not count as an answer.
     """
     robot = connect(serial={"url": "loop://"})
     eventually(robot, lambda state: state.problem is not None)
@@ -456,13 +457,13 @@ def test_a_loop_is_a_line(connect: Callable[..., SerialRobot]) -> None:
 
 
 @DIALECTS
-def test_a_line_that_only_reads_badly_ends_with_a_stop(
+def test_a_line_that_only_fails_to_read_ends_with_a_stop(
     connect: Callable[..., SerialRobot],
     board: Board,
     dialect: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """When reading fails while writing still works, the robot is told to stop before the close."""
+    """If reading fails while writing still works, a stop is sent before closing."""
     robot = connect(dialect, serial={"reopen_s": 30.0})
     online(robot)
     robot.apply(STANDSTILL, 1)
@@ -474,14 +475,14 @@ def test_a_line_that_only_reads_badly_ends_with_a_stop(
     robot.apply(AHEAD, 1)
     monkeypatch.setattr(serial.Serial, "read", fail)
     lasts_s = PATIENT_MS / 1000
-    board.until(lambda: board.stands(dialect), within_s=0.8 * lasts_s)  # before its time is over
+    board.until(lambda: board.stands(dialect), within_s=0.8 * lasts_s)  # before it expires
     eventually(robot, lambda state: not state.connected)
     assert dialect == "frames" or ends_with_stops(board)
     assert "no data" in str(robot.state().problem)
 
 
 class Flood:
-    """A conversation of motion and nothing else, faster than any board takes it."""
+    """A conversation that only sends motion, faster than any board reads it."""
 
     def opened(self, now_s: float) -> bytes:
         return b""
@@ -497,7 +498,7 @@ class Flood:
 
 @pytest.mark.alone
 def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
-    """When a board took nothing for too long, what it has not taken yet yields to the stop."""
+    """If a board reads nothing for too long, a stop replaces what is still in the buffer."""
     board.deaf = True
     port = serial.Serial(str(board.path), timeout=0.05, write_timeout=0.1)
     with pytest.raises(serial.SerialTimeoutException):
@@ -511,7 +512,7 @@ def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
 def test_a_board_that_takes_nothing_is_a_lost_one(
     connect: Callable[..., SerialRobot], board: Board
 ) -> None:
-    """When nobody reads, writing does not block the callers, and closing stays bounded."""
+    """If nobody reads, writing does not block the callers, and closing takes less than 1 s."""
     robot = connect(serial={"axes": ["pan"], "ttl_ms": 20, "reopen_s": 5.0})
     online(robot)
     board.deaf = True

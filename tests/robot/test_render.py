@@ -24,7 +24,7 @@ def renderer() -> Renderer:
 
 
 def share(image: NDArray[np.uint8], colour: str) -> float:
-    """How much of the picture's upper part, where no rug is, has a saturated colour."""
+    """Return how much of the upper 2/5, which has no rug, has a saturated colour."""
     upper = image[: image.shape[0] * 2 // 5]
     blue, green, red = (upper[..., part].astype(int) for part in range(3))
     is_so = {
@@ -49,26 +49,26 @@ def share(image: NDArray[np.uint8], colour: str) -> float:
 def test_landmarks_are_seen_only_where_they_are(
     renderer: Renderer, pose: Pose, colour: str
 ) -> None:
-    """Facing a landmark shows a lot of its colour, turning away shows much less."""
+    """Facing a landmark shows much of its colour, facing away much less."""
     facing = share(renderer.draw(pose), colour)
     away = share(renderer.draw(Pose(pose.x_m, pose.y_m, pose.heading_rad + math.pi)), colour)
     assert facing > 0.02
     assert away < facing / 3
 
 
-def test_nearer_is_larger(renderer: Renderer) -> None:
-    """The red pillar fills more of the picture the nearer the robot is."""
+def test_a_nearer_landmark_is_larger(renderer: Renderer) -> None:
+    """The nearer the robot, the more of the picture the red pillar fills."""
     shares = [share(renderer.draw(Pose(x, 2.6, 0.0)), "red") for x in (2.0, 3.0, 3.6)]
     assert shares[0] < shares[1] < shares[2]
 
 
-def test_walls_hide(renderer: Renderer) -> None:
-    """Nothing of the kitchen's blue pillar is seen through the wall of the living room."""
+def test_walls_hide_what_is_behind(renderer: Renderer) -> None:
+    """The kitchen's blue pillar is not seen through the living room's wall."""
     assert share(renderer.draw(Pose(4.9, 3.3, 0.3)), "blue") < 0.002
 
 
 def test_turning_left_moves_the_picture_right(renderer: Renderer) -> None:
-    """A landmark straight ahead wanders to the right when the robot, or only its head, turns."""
+    """A landmark moves to the right when the robot, or only its head, turns left."""
 
     def middle(pose: Pose, pan_rad: float) -> float:
         image = renderer.draw(pose, pan_rad).astype(int)
@@ -84,7 +84,7 @@ def test_turning_left_moves_the_picture_right(renderer: Renderer) -> None:
 
 
 def test_the_same_pose_is_the_same_picture() -> None:
-    """Two eyes in one place see the same to the bit, and another place looks different."""
+    """Two cameras in one place see the same, bit by bit; another place looks different."""
     first, second = Renderer(WORLD, 320, 240), Renderer(WORLD, 320, 240)
     image = first.draw(WORLD.start).copy()
     assert np.array_equal(image, second.draw(WORLD.start))
@@ -94,7 +94,7 @@ def test_the_same_pose_is_the_same_picture() -> None:
 
 @pytest.mark.parametrize(("width", "height"), [(32, 32), (160, 120), (800, 200), (202, 602)])
 def test_any_size_can_be_drawn(width: int, height: int) -> None:
-    """Pictures of any shape are drawn, from anywhere, and every row has something in it."""
+    """Pictures of any shape are drawn from anywhere, and no row is empty."""
     renderer = Renderer(WORLD, width, height)
     for pose in (WORLD.start, Pose(8.7, 6.3, 2.0), Pose(0.2, 5.2, -3.0)):
         image = renderer.draw(pose)
@@ -104,7 +104,7 @@ def test_any_size_can_be_drawn(width: int, height: int) -> None:
 
 
 def test_no_place_is_too_near_to_draw(renderer: Renderer) -> None:
-    """From every spot that the robot can stand on, in every direction, there is a picture."""
+    """There is a picture from every place that the robot can reach, in every direction."""
     rng = np.random.default_rng(2)
     drawn = 0
     while drawn < 40:

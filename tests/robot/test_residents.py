@@ -1,4 +1,4 @@
-"""People in the flat, who answer whoever speaks to them through the robot."""
+"""People in the flat, who answer anybody who speaks to them through the robot."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ SAID_S = len(VOICE) / SAMPLE_RATE_HZ
 
 
 def before(who: Dweller, distance_m: float, bearing_rad: float = -1.0) -> Pose:
-    """Stand so far from somebody, looking at them."""
+    """Return a pose at this distance from somebody, facing them."""
     x = who.x + distance_m * math.cos(bearing_rad)
     y = who.y + distance_m * math.sin(bearing_rad)
     return Pose(x, y, bearing_rad + math.pi)
 
 
 def answering(pose: Pose, said: NDArray[np.int16] = VOICE, seconds: float = 2.0) -> list[bool]:
-    """Tell for each 10 ms whether anybody speaks, while the robot at `pose` says this."""
+    """Return for each 10 ms whether anybody speaks, while the robot at `pose` plays `said`."""
     people = [Resident(who, WORLD) for who in WORLD.people]
     blocks = np.pad(said / 32_768.0, (0, round(seconds * SAMPLE_RATE_HZ))).reshape(
         -1, BLOCK_SAMPLES
@@ -54,7 +54,7 @@ def answering(pose: Pose, said: NDArray[np.int16] = VOICE, seconds: float = 2.0)
 
 
 def answered(pose: Pose) -> NDArray[np.float64]:
-    """Return what is heard of the people alone, while the robot stands at `pose` and speaks."""
+    """Return the sound of the people alone, while the robot stands at `pose` and speaks."""
     speaker = SimulatedSpeaker()
     with_voice, without = SoundMixer(WORLD, speaker=speaker), SoundMixer(WORLD)
     heard = []
@@ -74,8 +74,8 @@ def loudness(sound: NDArray[np.float64]) -> float:
 
 
 @pytest.mark.parametrize("who", [ADA, BEN])
-def test_who_is_spoken_to_answers_after_a_pause(who: Dweller) -> None:
-    """Not while the voice goes on, and not before it could have been a comma."""
+def test_people_answer_after_a_pause(who: Dweller) -> None:
+    """An answer begins 0.5 to 1 s after the voice has ended."""
     loud = answering(before(who, 1.5), seconds=4.0)
     begin_s, end_s = loud.index(True) * BLOCK_S, (len(loud) - loud[::-1].index(True)) * BLOCK_S
     assert SAID_S + 0.5 < begin_s < SAID_S + 1.0
@@ -83,7 +83,7 @@ def test_who_is_spoken_to_answers_after_a_pause(who: Dweller) -> None:
 
 
 def test_at_the_start_somebody_answers() -> None:
-    """A newcomer need not drive anywhere first."""
+    """Somebody at the starting point answers."""
     assert loudness(answered(WORLD.start)) > 0.001
 
 
@@ -97,8 +97,8 @@ def test_at_the_start_somebody_answers() -> None:
     ],
     ids=["too far", "behind a wall", "in the bath", "in the study"],
 )
-def test_who_is_not_near_does_not_answer(pose: Pose) -> None:
-    """People feel spoken to in their own room."""
+def test_people_who_are_not_near_do_not_answer(pose: Pose) -> None:
+    """Only somebody near, in the same room, answers."""
     assert not any(answering(pose))
 
 
@@ -107,27 +107,27 @@ def test_who_is_not_near_does_not_answer(pose: Pose) -> None:
     [VOICE[:0], VOICE[: SAMPLE_RATE_HZ // 10], VOICE // 1000],
     ids=["nothing", "a knock", "hardly anything"],
 )
-def test_only_words_are_answered(said: NDArray[np.int16]) -> None:
-    """Silence asks nothing."""
+def test_only_speech_is_answered(said: NDArray[np.int16]) -> None:
+    """Neither silence nor a knock is answered."""
     assert not any(answering(before(ADA, 1.0), said))
 
 
 def test_the_pauses_in_a_sentence_are_not_answered() -> None:
-    """A third of a second of thought is left to whoever speaks."""
+    """A pause of 1/3 s does not end a sentence."""
     pause = np.zeros(SAMPLE_RATE_HZ // 3 // BLOCK_SAMPLES * BLOCK_SAMPLES, np.int16)
     said = np.concatenate((VOICE, pause, VOICE))
     loud = answering(before(ADA, 1.0), said)
     assert loud.index(True) * BLOCK_S > len(said) / SAMPLE_RATE_HZ + 0.5
 
 
-def test_an_answer_falls_by_six_decibels_a_doubling() -> None:
-    """Like the radio, it tells how far away somebody is."""
+def test_an_answer_falls_by_6_db_a_doubling() -> None:
+    """At four times the distance it is 12 dB quieter."""
     near, far = (20 * math.log10(loudness(answered(before(ADA, d)))) for d in (0.75, 3.0))
     assert 11.0 < near - far < 13.0
 
 
-def test_everybody_has_several_answers_in_turn() -> None:
-    """They are at their level, and few bytes."""
+def test_everybody_has_three_answers() -> None:
+    """All have the same level, and together at most 100 kB."""
     for who in WORLD.people:
         one = Resident(who, WORLD)
         heard = []

@@ -26,6 +26,6 @@ def of(dialect: str, drive: str = "m {left} {right}\r", **text: Any) -> SerialSe
         (of("frames", "<{left},{right}>"), []),
     ],
 )
-def test_what_may_be_a_mistake_is_said(settings: SerialSettings, said: list[Any]) -> None:
-    """A board without a watchdog, and a line without an end; of the dialect in use only."""
+def test_a_possible_mistake_is_a_warning(settings: SerialSettings, said: list[Any]) -> None:
+    """A missing watchdog or line end is a warning, for the dialect in use only."""
     assert advised(settings) == said

@@ -60,15 +60,15 @@ def of(vector: dict[str, Any]) -> Frame:
 
 @pytest.mark.parametrize("vector", VALID)
 def test_each_frame_has_exactly_these_bytes(vector: dict[str, Any]) -> None:
-    """The wire vectors, written by other code, are what is sent and what is understood."""
+    """Encoding and decoding match the wire vectors, which other code has written."""
     wire = bytes.fromhex(vector["hex"])
     assert encode(of(vector), vector["session"]) == wire
     assert Decoder(vector["session"]).feed(wire) == [of(vector)]
 
 
 @pytest.mark.parametrize("vector", IGNORED)
-def test_what_is_no_frame_of_ours_is_ignored_and_counted(vector: dict[str, Any]) -> None:
-    """A damaged or unknown frame gives nothing but a count, and the next one is understood."""
+def test_an_invalid_frame_is_ignored_and_counted(vector: dict[str, Any]) -> None:
+    """A damaged or unknown frame is only counted, and the next one is decoded."""
     decoder = Decoder(SESSION)
     found = decoder.feed(bytes.fromhex(vector["hex"]) + STOP)
     assert found == [Frame(StopBody(), sequence=7, turn=3)]
@@ -77,7 +77,7 @@ def test_what_is_no_frame_of_ours_is_ignored_and_counted(vector: dict[str, Any])
 
 @given(st.lists(any_frame, max_size=8), st.integers(1, 50))
 def test_any_frames_survive_any_cutting(sent: list[Frame], piece: int) -> None:
-    """Whatever is sent is understood in order, in pieces of any size, without an error."""
+    """Frames in pieces of any size are decoded in order and without an error."""
     wire = b"".join(encode(frame, SESSION) for frame in sent)
     decoder = Decoder(SESSION)
     found = [f for at in range(0, len(wire), piece) for f in decoder.feed(wire[at : at + piece])]
@@ -87,7 +87,7 @@ def test_any_frames_survive_any_cutting(sent: list[Frame], piece: int) -> None:
 
 @given(st.lists(st.one_of(noise, nasty.map(b"".join)), max_size=6), st.integers(1, 30))
 def test_after_any_garbage_frames_are_found_again(garbage: list[bytes], piece: int) -> None:
-    """No bytes raise; at most one longest frame later the stream is understood again."""
+    """No bytes raise; after at most one longest frame the stream is decoded again."""
     decoder = Decoder(SESSION)
     wire = b"".join(garbage) + STOP * 6
     found = [f for at in range(0, len(wire), piece) for f in decoder.feed(wire[at : at + piece])]
@@ -95,7 +95,7 @@ def test_after_any_garbage_frames_are_found_again(garbage: list[bytes], piece: i
 
 
 @given(any_frame, st.data())
-def test_flipped_bits_are_never_believed(frame: Frame, data: st.DataObject) -> None:
+def test_flipped_bits_are_never_accepted(frame: Frame, data: st.DataObject) -> None:
     """One to three flipped bits anywhere in a frame never give another frame."""
     wire = bytearray(encode(frame, SESSION))
     for bit in data.draw(st.sets(st.integers(0, len(wire) * 8 - 1), min_size=1, max_size=3)):
@@ -104,8 +104,8 @@ def test_flipped_bits_are_never_believed(frame: Frame, data: st.DataObject) -> N
 
 
 @pytest.mark.parametrize("behind", [12, *at_length(0, 4)])
-def test_a_burst_is_never_believed(behind: int) -> None:
-    """Whatever happens to 16 bits in a row is found, across the beginning of the CRC as well."""
+def test_a_burst_is_never_accepted(behind: int) -> None:
+    """Any change within 16 bits in a row is detected, even where the CRC begins."""
     wire = int.from_bytes(STOP, "big")
     for burst in range(1, 2**16):
         damaged = wire ^ burst << behind
@@ -113,8 +113,8 @@ def test_a_burst_is_never_believed(behind: int) -> None:
 
 
 @given(any_frame, sessions, sessions)
-def test_another_session_is_never_understood(frame: Frame, one: int, other: int) -> None:
-    """What is no hello is understood in its own session, and in no other one, nor in none."""
+def test_another_session_is_never_accepted(frame: Frame, one: int, other: int) -> None:
+    """Any frame but hello is decoded only in its own session."""
     wire = encode(frame, one)
     told = isinstance(frame.body, HelloBody)
     assert Decoder(one).feed(wire) == [frame]
@@ -124,7 +124,7 @@ def test_another_session_is_never_understood(frame: Frame, one: int, other: int)
 
 @given(st.lists(st.tuples(sessions, st.lists(any_frame, max_size=3)), max_size=4))
 def test_the_robots_end_follows_hello(sent: list[tuple[int, list[Frame]]]) -> None:
-    """Without a session given, the last hello's counts from the next frame on."""
+    """Without a given session, the last hello's applies to the frames after it."""
     wire, wanted = b"", []
     for session, frames_of_it in sent:
         hello = Frame(HelloBody(session))
@@ -135,50 +135,50 @@ def test_the_robots_end_follows_hello(sent: list[tuple[int, list[Frame]]]) -> No
 
 
 def test_memory_is_bounded() -> None:
-    """A hundred kilobytes of starts without an end leaves less than a frame in memory."""
+    """100 kB of frames without an end leave less than a frame in memory."""
     decoder = Decoder(SESSION)
     for _ in range(25):
         decoder.feed(b"\xa5\x5a\x20" * 1365)
         assert len(decoder._rest) < 64
 
 
-def test_what_does_not_fit_its_field() -> None:
-    """Counters keep their lowest bits, so that they may wrap."""
+def test_counters_wrap() -> None:
+    """A counter that is too large for its field keeps the lowest bits."""
     frame = Frame(StopBody(), sequence=65_536 + 5, turn=2**32 + 6, time_ms=2**32 + 7)
     wire = encode(frame, SESSION)
     assert Decoder(SESSION).feed(wire) == [Frame(StopBody(), sequence=5, turn=6, time_ms=7)]
 
 
 def test_flags_have_names() -> None:
-    """The first flag of a report means moving, the second that a time-to-live ran out."""
+    """The first flag of a report means moving, the second an expired time-to-live."""
     flags = [ReportBody(0, 0, 0, 0, flags, 0) for flags in (0, 1, 2, 3)]
     assert [report.moving for report in flags] == [False, True, False, True]
     assert [report.timed_out for report in flags] == [False, False, True, True]
 
 
-def test_what_is_not_said_is_zero() -> None:
-    """A frame of which only the body is given is the first of no turn, and worth no time."""
+def test_defaults_are_zero() -> None:
+    """A frame of which only the body is given has zeros, and so has a report."""
     assert Frame(StopBody()) == Frame(StopBody(), sequence=0, turn=0, ttl_ms=0, time_ms=0)
     bare = ReportBody(1, 2, 3, 4, 5, 6)
     assert (bare.damaged, bare.refused) == (0, 0)
 
 
-def test_a_frame_that_is_too_long_is_known_by_its_third_byte() -> None:
-    """A payload of 32 bytes is waited for; one of 33 is damage at once."""
+def test_a_frame_that_is_too_long_is_detected_by_its_third_byte() -> None:
+    """A payload of 32 bytes is awaited; one of 33 is damaged at once."""
     waiting, damaged = Decoder(SESSION), Decoder(SESSION)
     assert waiting.feed(b"\xa5\x5a\x20") == damaged.feed(b"\xa5\x5a\x21") == []
     assert (waiting.errors, damaged.errors) == (0, 1)
 
 
 def test_a_frame_behind_an_impossible_length_is_found_at_once() -> None:
-    """Not only with the bytes that come next, which may be another frame's."""
+    """The decoder does not wait for the next bytes."""
     decoder = Decoder(SESSION)
     assert decoder.feed(b"\xa5\x5a\xff" + STOP) == [Frame(StopBody(), sequence=7, turn=3)]
     assert decoder.errors == 1
 
 
-def test_a_whole_frame_that_is_none_of_ours_is_one_error() -> None:
-    """A type that is not known counts once, and what follows is understood."""
+def test_a_whole_unknown_frame_is_one_error() -> None:
+    """An unknown type counts once, and the next frame is decoded."""
     unknown = bytearray(STOP)
     unknown[3] = 0x7F
     unknown[-2:] = binascii.crc_hqx(bytes(unknown[2:-2]), SESSION).to_bytes(2, "big")

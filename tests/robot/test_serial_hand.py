@@ -66,7 +66,7 @@ def hand(line: Line) -> Iterator[SerialHand]:
 
 
 def opened(line: Line) -> SerialHand:
-    """Return a reader whose line is open; what was said before that, nobody hears."""
+    """Return a reader with an open line; it misses what was sent before."""
     hand = SerialHand(LocalSettings(source="serial", url=line.url), SystemClock())
     end_s = time.monotonic() + PATIENCE_S
     with capture_logs() as logs:
@@ -79,7 +79,7 @@ def opened(line: Line) -> SerialHand:
 
 
 def wait(hand: SerialHand) -> tuple[HandReading, ...] | None:
-    """Wait until the control wakes its reader, and return what it has said."""
+    """Wait until the control wakes its reader, and return its readings."""
     end_s = time.monotonic() + PATIENCE_S
     while True:
         assert hand.wakes is not None
@@ -90,8 +90,8 @@ def wait(hand: SerialHand) -> tuple[HandReading, ...] | None:
             return said
 
 
-def test_each_word_wakes_its_reader(line: Line, hand: SerialHand) -> None:
-    """It comes once, with the time at which it was read, and in order."""
+def test_each_reading_wakes_its_reader(line: Line, hand: SerialHand) -> None:
+    """A reading is returned once, with the time at which it was read."""
     line.say(HandReading(0.0, linear=0.5))
     before_s = time.monotonic()
     said = wait(hand)
@@ -103,7 +103,7 @@ def test_each_word_wakes_its_reader(line: Line, hand: SerialHand) -> None:
 
 
 def test_a_short_press_is_not_lost(line: Line, hand: SerialHand) -> None:
-    """Between two looks of a busy reader Stop was pressed and released: both are said."""
+    """If Stop is pressed and released between two polls, both are returned."""
     line.say(HandReading(0.0, stop=True), HandReading(0.0))
     found: list[bool] = []
     while len(found) < 2:
@@ -111,8 +111,8 @@ def test_a_short_press_is_not_lost(line: Line, hand: SerialHand) -> None:
     assert found == [True, False]
 
 
-def test_a_line_that_is_pulled_out_is_told_of(line: Line, hand: SerialHand) -> None:
-    """After what was said before it, the reader learns at once that nothing more will come."""
+def test_a_line_that_is_pulled_out_is_reported(line: Line, hand: SerialHand) -> None:
+    """After the last readings, the loss of the line is reported at once."""
     line.say(HandReading(0.0))
     assert wait(hand) is not None
     line.pull_out()
@@ -120,7 +120,7 @@ def test_a_line_that_is_pulled_out_is_told_of(line: Line, hand: SerialHand) -> N
 
 
 def test_it_closes_twice_and_leaves_nothing_open(line: Line) -> None:
-    """Neither a thread nor a descriptor is left, which every test is held to."""
+    """No thread and no descriptor is left, as every test checks."""
     hand = opened(line)
     hand.open()
     line.say(HandReading(0.0))
@@ -131,7 +131,7 @@ def test_it_closes_twice_and_leaves_nothing_open(line: Line) -> None:
 
 
 def test_a_robots_own_control_that_fails_is_a_lost_one() -> None:
-    """Whatever it raises or returns that is no reading: nobody drives, and nothing else ends."""
+    """Any exception or invalid reading counts as a lost control, and nothing more."""
 
     class Robot:
         says: object = None

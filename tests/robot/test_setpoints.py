@@ -18,7 +18,7 @@ TTL_S = 0.2
 
 
 def ready() -> SetPoints:
-    """Give a line that is there, with standstill wanted once at time 0."""
+    """Return set-points of a connected line, with standstill at time 0."""
     setpoints = SetPoints(LIMITS, TTL_S)
     setpoints.connected()
     setpoints.apply(STANDSTILL, 0, 0.0)
@@ -30,7 +30,7 @@ def wanted(setpoints: SetPoints, now_s: float) -> Twist:
 
 
 def test_the_newest_counts_until_it_is_too_old() -> None:
-    """A set-point is followed for its time-to-live, which it says beforehand, and not longer."""
+    """A set-point is followed for its time-to-live, whose end is returned with it."""
     setpoints = ready()
     setpoints.apply(AHEAD, 1, 10.0)
     assert setpoints.order(10.1) == (Order(AHEAD, 1), 10.2)
@@ -38,8 +38,8 @@ def test_the_newest_counts_until_it_is_too_old() -> None:
 
 
 @pytest.mark.parametrize("is_noticed", [True, False])
-def test_what_ran_out_goes_on_after_standstill_only(is_noticed: bool) -> None:
-    """Motion asked for too late, as by a process that was frozen meanwhile, moves nothing."""
+def test_expired_motion_resumes_only_after_standstill(is_noticed: bool) -> None:
+    """Motion after an expiry, as from a process that was frozen, moves nothing."""
     setpoints = ready()
     setpoints.apply(AHEAD, 1, 10.0)
     if is_noticed:
@@ -53,7 +53,7 @@ def test_what_ran_out_goes_on_after_standstill_only(is_noticed: bool) -> None:
 
 
 def test_the_past_turn_is_over() -> None:
-    """A lower turn moves nothing, not even an axis; a higher one begins at standstill."""
+    """An earlier turn moves nothing, not even an axis; a later one begins at standstill."""
     setpoints = ready()
     setpoints.apply(AHEAD, 5, 1.0)
     setpoints.apply(Twist(-0.5, 0.0), 4, 1.0)
@@ -64,7 +64,7 @@ def test_the_past_turn_is_over() -> None:
 
 
 def test_stop_is_never_refused() -> None:
-    """A stop of any turn stops; an old one brings no turn back, a new one ends the last."""
+    """A stop of any turn stops; an old one revives no turn, a new one ends the last."""
     setpoints = ready()
     setpoints.apply(AHEAD, 5, 1.0)
     setpoints.stop(2)
@@ -80,7 +80,7 @@ def test_stop_is_never_refused() -> None:
 
 @pytest.mark.parametrize("neutral", ["apply", "stop"])
 def test_after_a_loss_it_takes_neutral_and_then_motion(neutral: str) -> None:
-    """What goes on being wanted across a loss is refused until standstill was wanted once."""
+    """Motion that continues across a loss is refused until there was standstill."""
     setpoints = ready()
     setpoints.apply(AHEAD, 1, 1.0)
     setpoints.set_axis("pan", 0.5, 1)
@@ -99,21 +99,21 @@ def test_after_a_loss_it_takes_neutral_and_then_motion(neutral: str) -> None:
     assert wanted(setpoints, 1.3) == AHEAD
 
 
-def test_before_anything_was_said_it_stands() -> None:
-    """Nobody's turn, no motion, no axis."""
+def test_before_the_first_call_it_stands() -> None:
+    """There is no turn, no motion and no axis."""
     assert SetPoints(LIMITS, TTL_S).order(0.0) == (Order(STANDSTILL, 0), math.inf)
 
 
 def test_an_axis_does_not_end_the_motion() -> None:
-    """Within a turn the camera turns while the robot drives."""
+    """Within a turn, the camera can turn while the robot drives."""
     setpoints = ready()
     setpoints.apply(AHEAD, 1, 1.0)
     setpoints.set_axis("pan", 0.5, 1)
     assert setpoints.order(1.1)[0] == Order(AHEAD, 1, (("pan", 0.5),))
 
 
-def test_no_axis_is_wanted_while_the_line_is_gone() -> None:
-    """What is asked for meanwhile is nobody's order."""
+def test_no_axis_is_set_without_a_line() -> None:
+    """An axis set while the line is lost is ignored."""
     setpoints = ready()
     setpoints.lost()
     setpoints.set_axis("pan", 0.5, 1)
@@ -128,7 +128,7 @@ def test_an_unknown_axis_is_ignored() -> None:
 
 
 class Histories(RuleBasedStateMachine):
-    """Any history of calls, losses and pauses."""
+    """Any sequence of calls, losses and pauses."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -184,5 +184,5 @@ class Histories(RuleBasedStateMachine):
 TestHistories = Histories.TestCase
 TestHistories.settings = examples(150, stateful_step_count=30)
 TestHistories.__doc__ = (
-    "Motion is only ever of the newest turn, fresh, and after a neutral since it last ran out."
+    "Motion is always of the newest turn, fresh, and after a neutral since the last expiry."
 )

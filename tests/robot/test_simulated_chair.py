@@ -31,7 +31,7 @@ SCRIPT = [
 
 
 def test_the_person_follows_the_script_again_and_again() -> None:
-    """Each act lasts as long as it says, of two at once the later counts, then all begins anew."""
+    """Each act lasts as configured, the later of two counts, and the script repeats."""
     person = ScriptedPerson(LocalSettings(source="robot", script=SCRIPT, script_s=10.0), 100.0)
     for round_s in (100.0, 110.0, 150.0):
         assert person.reading(round_s + 0.99).linear == 0.0
@@ -46,9 +46,9 @@ def test_the_person_follows_the_script_again_and_again() -> None:
 
 @pytest.fixture
 def chair(request: pytest.FixtureRequest) -> Iterator[SimulatedChair]:
-    """Take a server for silent after so many milliseconds."""
+    """Return a chair for which a server is silent after so many milliseconds."""
     script = [ActSettings(at_s=1.5, for_s=1.0, linear=-1.0)]
-    # Again and again: a busy machine may not look while it happens.
+    # The script repeats: a busy machine may miss an act.
     local = LocalSettings(source="robot", pause_s=0.5, script=script, script_s=6.0)
     chair = SimulatedChair(RobotSettings(silence_ms=request.param), local, SystemClock())
     yield chair
@@ -56,7 +56,7 @@ def chair(request: pytest.FixtureRequest) -> Iterator[SimulatedChair]:
 
 
 def until(chair: SimulatedChair, twist: Twist, so: Callable[[RobotState], bool]) -> None:
-    """Ask for a twist, as the control loop does, until the chair is so."""
+    """Send a twist, as the control loop does, until `so` holds for the chair."""
     end_s = time.monotonic() + PATIENCE_S
     while not so(chair.state()):
         assert time.monotonic() < end_s
@@ -70,8 +70,8 @@ def mode(state: RobotState) -> str:
 
 @pytest.mark.system
 @pytest.mark.parametrize("chair", [1000], indirect=True)
-def test_the_person_takes_over_and_gives_back(chair: SimulatedChair) -> None:
-    """Their hand drives the robot back while the operator asks for ahead, who begins anew after."""
+def test_the_person_takes_over_and_lets_go(chair: SimulatedChair) -> None:
+    """They drive back against an operator who asks for ahead and then must begin from neutral."""
     assert mode(chair.state()) == "lost"
     chair.open()
     until(chair, STANDSTILL, lambda now: mode(now) == "free")
@@ -89,13 +89,13 @@ def test_the_person_takes_over_and_gives_back(chair: SimulatedChair) -> None:
 @pytest.mark.system
 @pytest.mark.parametrize("chair", [120], indirect=True)
 def test_a_silent_server_stops_the_operators_driving(chair: SimulatedChair) -> None:
-    """With somebody aboard the simulated robot keeps the driver process's rules, too."""
+    """The simulated robot keeps the driver process's rules with somebody aboard, too."""
     chair.open()
     until(chair, STANDSTILL, lambda now: mode(now) == "free")
     end_s = time.monotonic() + PATIENCE_S
     while (before := chair.state()).problem is not None or before.extra["speed_mps"] < 0.1:
         assert time.monotonic() < end_s
-        # A busy machine may have been silent for too long already.
+        # A busy machine may have exceeded the timeout already.
         chair.apply(AHEAD if before.problem is None else STANDSTILL, 1)
         time.sleep(0.01)
     while (after := chair.state()).problem is None:

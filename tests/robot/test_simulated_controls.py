@@ -1,4 +1,4 @@
-"""What the simulated robot has besides wheels: a lamp that is seen, a horn that is heard."""
+"""What the simulated robot has besides wheels, such as a lamp and a horn."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ WORLD: Final = furnished_flat()
 
 
 class Ride:
-    """A simulation to which the server gives a set-point 50 times a second, until it is told."""
+    """A simulation that gets a set-point 50 times a second, until the server is silent."""
 
     def __init__(self) -> None:
         self.simulation = Simulation(RobotSettings(), WORLD)
@@ -64,17 +64,17 @@ class Ride:
     ],
 )
 def test_its_lamp(name: str, value: ControlValue, lamp: Lamp) -> None:
-    """Each value that it can have is taken, and no other; a stop leaves it as it is."""
+    """Only valid values are accepted, and a stop does not change them."""
     ride = Ride()
     ride.simulation.control(name, value, 1)
     ride.simulation.stop(1)
     assert ride.go_on(0.1).lamp == lamp
-    ride.simulation.control("lamp", not lamp.is_on, 0)  # an old turn's
+    ride.simulation.control("lamp", not lamp.is_on, 0)  # an earlier turn's
     assert ride.go_on(0.1).lamp == lamp
 
 
-def test_it_looks_around_while_it_is_told_to() -> None:
-    """It turns on the spot, also while it drives, and stops with a stop or with silence."""
+def test_it_looks_around_while_that_is_held() -> None:
+    """It turns on the spot until it is released, a stop comes or the server is silent."""
     ride = Ride()
     ride.simulation.control("look_around", True, 1)
     assert ride.turned(1.0) == pytest.approx(LOOK_AROUND_RPS, rel=0.2)
@@ -90,8 +90,8 @@ def test_it_looks_around_while_it_is_told_to() -> None:
     assert ride.turned(0.5) == 0.0  # not even when the server is back
 
 
-def test_a_silent_server_honks_no_longer() -> None:
-    """Its own watchdog ends what is only held, and leaves the lamp on."""
+def test_the_horn_ends_when_the_server_is_silent() -> None:
+    """The watchdog releases held controls, and leaves the lamp on."""
     ride = Ride()
     ride.simulation.control("horn", True, 1)
     ride.simulation.control("lamp", True, 1)
@@ -102,7 +102,7 @@ def test_a_silent_server_honks_no_longer() -> None:
 
 
 def test_its_motors_warm_up_and_cool_down() -> None:
-    """Driving warms them, standing brings them back to the room's temperature."""
+    """Driving warms the motors, and standing cools them towards room temperature."""
     ride = Ride()
     ride.twist = Twist(0.0, 1.5)
     assert ride.go_on(0.1).motor_c == pytest.approx(ROOM_C, abs=0.1)
@@ -117,8 +117,8 @@ def _mean(image: NDArray[np.uint8]) -> tuple[float, float, float]:
     return float(blue), float(green), float(red)
 
 
-def test_its_light_is_seen() -> None:
-    """It makes the picture brighter, more so in the middle, and in its colour."""
+def test_its_lamp_is_seen() -> None:
+    """The lamp brightens the picture, most in the middle, and in its colour."""
     grey = np.full((120, 160, 3), 80, np.uint8)
     assert lit(grey, Lamp(brightness=100.0)) is grey
     white = lit(grey, Lamp(is_on=True))
@@ -132,7 +132,7 @@ def test_its_light_is_seen() -> None:
 
 
 def test_its_horn_is_heard() -> None:
-    """Both notes, and it begins and ends without a click."""
+    """Both notes sound, and begin and end without a click."""
     senses = Senses(0.0, Pose(9.0, 8.0, 0.0))
     mixer = SoundMixer(WORLD)
 
@@ -154,11 +154,11 @@ def test_its_horn_is_heard() -> None:
 
 
 BLOCK_SAMPLES_END = 480
-"""The first block after it still fades."""
+"""The first block after the horn still fades."""
 
 
-def test_the_robot_shows_and_tells_it() -> None:
-    """What is set is in its picture, and how warm it is in its state."""
+def test_the_robot_shows_and_reports_them() -> None:
+    """The lamp brightens its picture, and its state has the motors' temperature."""
     robot = SimulatedRobot(RobotSettings(), SystemClock())
     assert isinstance(robot, HasControls)
     assert robot.limits.controls == CONTROLS
@@ -173,10 +173,10 @@ def test_the_robot_shows_and_tells_it() -> None:
     assert bright > dark + 10
 
 
-def test_with_somebody_aboard_it_works_too() -> None:
+def test_its_controls_work_with_somebody_aboard() -> None:
     """The chair has the robot's own controls, by the rules of a driver process."""
     robot = make_robot(RobotSettings(), SystemClock(), local=LocalSettings(source="robot"))
     assert isinstance(robot, SimulatedChair)
     assert isinstance(robot, HasControls)
-    robot.control("lamp", True, 1)  # not configured, so it is nobody's
+    robot.control("lamp", True, 1)  # ignored, as it is not configured
     assert not robot._robot.senses().lamp.is_on

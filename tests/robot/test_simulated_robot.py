@@ -1,4 +1,4 @@
-"""The simulated robot with its eye and ear."""
+"""The simulated robot with its cameras and microphone."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def robot() -> Iterator[SimulatedRobot]:
     robot.close()
 
 
-def test_it_brings_eye_and_ear(robot: SimulatedRobot) -> None:
-    """The server finds the robot's own camera and microphone."""
+def test_it_has_cameras_and_a_microphone(robot: SimulatedRobot) -> None:
+    """The server finds the robot's own cameras and microphone."""
     assert isinstance(robot, HasCamera)
     assert isinstance(robot, HasMicrophone)
     assert isinstance(robot, HasExternalView)
@@ -54,7 +54,7 @@ def test_it_brings_eye_and_ear(robot: SimulatedRobot) -> None:
 
 @pytest.mark.parametrize("distance_m", [0.8, 1.5, 4.0])
 def test_it_knows_how_its_camera_sees_the_floor(robot: SimulatedRobot, distance_m: float) -> None:
-    """What it says of its camera is what its pictures are drawn by."""
+    """Its pictures are drawn by what it reports of its camera."""
     assert isinstance(robot, KnowsItsView)
     told = robot.own_view
     drawn = View(Pose(0.0, 0.0, 0.0), 0.0, 640, 480)
@@ -71,7 +71,7 @@ def test_it_knows_how_its_camera_sees_the_floor(robot: SimulatedRobot, distance_
 
 
 def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> None:
-    """Driving changes the picture and is heard, and pictures are of the asked size and fresh."""
+    """Driving changes the picture and is heard; pictures are fresh and of the configured size."""
     clock = SystemClock()
     camera, microphone = robot.camera(SMALL, clock), robot.microphone(clock)
     robot.open()
@@ -92,8 +92,8 @@ def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> 
     microphone.close()
 
 
-def test_eye_and_ear_outlive_the_robot(robot: SimulatedRobot) -> None:
-    """Before open and after close there is picture and sound, of a robot that stands."""
+def test_camera_and_microphone_outlive_the_robot(robot: SimulatedRobot) -> None:
+    """Before open and after close they deliver what a standing robot sees and hears."""
     camera, microphone = robot.camera(SMALL, SystemClock()), robot.microphone(SystemClock())
     camera.open()
     microphone.open()
@@ -109,8 +109,8 @@ def test_eye_and_ear_outlive_the_robot(robot: SimulatedRobot) -> None:
             source.read()
 
 
-def test_a_new_life_begins_at_standstill(robot: SimulatedRobot) -> None:
-    """Each open raises the epoch, and what was applied before it moves nothing."""
+def test_each_open_begins_at_standstill(robot: SimulatedRobot) -> None:
+    """Each open raises the epoch, and an earlier set-point moves nothing."""
     robot.open()
     epoch = robot.state().epoch
     robot.close()
@@ -123,7 +123,7 @@ def test_a_new_life_begins_at_standstill(robot: SimulatedRobot) -> None:
 
 
 def test_the_camera_keeps_its_rate(clock: FakeClock) -> None:
-    """Pictures come at the rate of the settings, stamped with the moment of the pose."""
+    """Pictures come at the configured rate, stamped with the pose's time."""
     pose = Pose(1.0, 1.0, 0.0)
     camera = SimulatedCamera(
         VideoSettings(width=32, height=32, fps=25.0),
@@ -143,7 +143,7 @@ def test_the_camera_keeps_its_rate(clock: FakeClock) -> None:
 
 
 def test_sound_has_no_gap(clock: FakeClock) -> None:
-    """Blocks are stamped with when they began, each where the last one ended."""
+    """Each block is stamped with its beginning, which is where the last one ended."""
     ear = SimulatedMicrophone(
         clock, world=furnished_flat(), listen=lambda: Senses(clock.now_s(), Pose(1.0, 1.0, 0.0))
     )
@@ -156,8 +156,8 @@ def test_sound_has_no_gap(clock: FakeClock) -> None:
     assert stamps == pytest.approx([1000.0, 1000.01, 1000.02, 1000.03])
 
 
-def test_it_is_seen_from_above_where_it_is(robot: SimulatedRobot) -> None:
-    """The view from outside changes where the robot was and is, and nowhere else."""
+def test_the_view_from_above_shows_where_it_is(robot: SimulatedRobot) -> None:
+    """The external view changes only where the robot was and is."""
     flat = furnished_flat()
     size = VideoSettings(width=640, height=576, fps=60.0)  # the flat's own shape
     places = [Pose(1.1, 0.9, 0.0), Pose(7.0, 5.2, 1.0)]

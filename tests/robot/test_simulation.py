@@ -29,7 +29,7 @@ def speed_mps(simulation: Simulation, now_s: float) -> float:
 
 
 def test_it_moves_and_stops() -> None:
-    """A set-point moves it, stop brings it to rest within 200 ms."""
+    """A set-point moves it, and a stop brings it to rest within 200 ms."""
     simulation = started()
     for tick in range(25):
         simulation.apply(AHEAD, 1, 100.0 + tick * 0.02)
@@ -40,7 +40,7 @@ def test_it_moves_and_stops() -> None:
 
 
 def test_its_own_watchdog_stops_it() -> None:
-    """Without a new set-point it stands half a second later, and moves on with the next."""
+    """Without a new set-point it stands after 0.5 s, and the next one moves it."""
     simulation = started()
     simulation.apply(AHEAD, 1, 100.0)
     assert speed_mps(simulation, 100.29) > 0.3
@@ -51,7 +51,7 @@ def test_its_own_watchdog_stops_it() -> None:
 
 
 def test_a_lower_turn_does_nothing() -> None:
-    """Neither a set-point nor an axis of a past turn has any effect, but its stop has."""
+    """An earlier turn's set-points and axes have no effect, but its stop has."""
     simulation = started()
     simulation.stop(5)
     simulation.apply(AHEAD, 4, 100.0)
@@ -64,8 +64,8 @@ def test_a_lower_turn_does_nothing() -> None:
     assert speed_mps(simulation, 100.6) == 0.0
 
 
-def test_the_head_turns_at_its_own_pace() -> None:
-    """Full pan is 60 degrees to the left, reached after half a second and never passed."""
+def test_the_head_turns_at_its_own_rate() -> None:
+    """Full pan is 60 degrees to the left, reached within 0.6 s and never exceeded."""
     simulation = started()
     simulation.set_axis("pan", 7.0, 1)
     assert 0.1 < simulation.advance(100.1).pan_rad < 0.5
@@ -75,8 +75,8 @@ def test_the_head_turns_at_its_own_pace() -> None:
     assert simulation.advance(101.0).pan_rad == pytest.approx(math.radians(60.0) - 0.8)
 
 
-def test_a_long_sleep_is_not_driven_after() -> None:
-    """After a machine that slept for years the robot is where its watchdog left it, at once."""
+def test_a_long_sleep_is_skipped() -> None:
+    """After years of sleep the robot is at once where its watchdog would have left it."""
     simulation = started()
     simulation.apply(AHEAD, 1, 100.0)
     senses = simulation.advance(1e9)
@@ -94,7 +94,7 @@ calls = st.lists(
 @examples(25)
 @given(calls)
 def test_the_same_calls_give_the_same_ride(ride: list[tuple[float, float, int, float]]) -> None:
-    """Two robots told the same at the same times are always in the same place."""
+    """Two robots with the same commands at the same times are always in the same place."""
     first, second = started(), started()
     now_s = 100.0
     for linear, angular, turn, pause_s in ride:

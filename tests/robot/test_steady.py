@@ -1,4 +1,4 @@
-"""The base of drivers whose own thread talks to the robot."""
+"""The base of drivers that talk to the robot in their own thread."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AHEAD, BACK = Twist(0.3, 0.0), Twist(-0.3, 0.0)
 
 
 class Mine(SteadyRobot):
-    """Talks to a `Robot` in memory, and waits where a test says so."""
+    """Talks to a `Robot` in memory; `gate` makes it wait."""
 
     axes = ("pan",)
 
@@ -94,7 +94,7 @@ class TestAnswering(TestSteady):
 
 @pytest.fixture
 def mine(monkeypatch: pytest.MonkeyPatch) -> Iterator[Answering]:
-    for patience in ("TTL_S", "HUNG_S"):  # a busy machine is not what these are about
+    for patience in ("TTL_S", "HUNG_S"):  # for a busy machine
         monkeypatch.setattr(steady, patience, 60.0)
     monkeypatch.setattr(steady, "RETRY_S", 0.01)
     monkeypatch.setattr(steady, "CLOSE_S", 0.1)
@@ -116,7 +116,7 @@ def opened(mine: Mine) -> Mine:
 
 @pytest.mark.system
 def test_what_the_robot_answers_is_its_state(mine: Answering) -> None:
-    """While it is connected, its state is what it has answered last."""
+    """While it is connected, its state is its last answer."""
     opened(mine).apply(AHEAD, 1)
     until(lambda: mine.state().moving is True)
     assert mine.state().battery_v == 7.4
@@ -133,7 +133,7 @@ def test_an_axis_is_moved(mine: Answering) -> None:
 
 @pytest.mark.system
 def test_a_robot_that_does_not_answer_is_lost(mine: Answering) -> None:
-    """Without answers it is lost and reached for anew; meanwhile nothing moves it."""
+    """Without answers it is lost and reconnected; meanwhile nothing moves it."""
     opened(mine).apply(AHEAD, 1)
     until(lambda: mine.robot.take()[-1:] != [STANDSTILL])
     mine.answers = False
@@ -153,7 +153,7 @@ def test_a_robot_that_does_not_answer_is_lost(mine: Answering) -> None:
 def test_a_call_that_hangs_is_a_lost_robot(
     mine: Answering, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A robot whose `tell` does not return is not connected; what was asked for is forgotten."""
+    """A robot whose `tell` hangs is not connected, and its set-point is dropped."""
     opened(mine).apply(AHEAD, 1)
     until(lambda: mine.state().moving is True)
     mine.gate.clear()
@@ -172,7 +172,7 @@ def test_a_call_that_hangs_is_a_lost_robot(
 
 @pytest.mark.system
 def test_closing_does_not_wait_for_a_call_that_hangs(mine: Answering) -> None:
-    """Close returns; the next opening waits for the thread that was left behind, in its thread."""
+    """Closing returns at once; the next thread waits for the abandoned one."""
     opened(mine)
     mine.gate.clear()
     start_s = time.monotonic()
@@ -190,8 +190,8 @@ def test_closing_does_not_wait_for_a_call_that_hangs(mine: Answering) -> None:
 @pytest.mark.parametrize(
     ("fault", "words"), [(OSError(5, "the plug is out"), "the plug is out"), (KeyError("a"), "'a'")]
 )
-def test_what_a_subclass_raises_is_said(mine: Answering, fault: Exception, words: str) -> None:
-    """Whatever it raises, the robot is lost for that reason, and found again after it."""
+def test_what_a_subclass_raises_is_reported(mine: Answering, fault: Exception, words: str) -> None:
+    """An exception disconnects the robot, with its text; afterwards it reconnects."""
     opened(mine)
     mine.fault = fault
     until(lambda: words in str(mine.state().problem))
@@ -202,8 +202,8 @@ def test_what_a_subclass_raises_is_said(mine: Answering, fault: Exception, words
 
 
 @pytest.mark.system
-def test_between_two_turns_it_is_told_to_stand(mine: Answering) -> None:
-    """A set-point of a new turn that comes before the old one's stop was told does not hide it."""
+def test_between_two_turns_it_gets_standstill(mine: Answering) -> None:
+    """A set-point of a new turn does not replace a stop that was not sent yet."""
     opened(mine).apply(AHEAD, 1)
     until(lambda: mine.state().moving is True)
     mine.gate.clear()

@@ -1,4 +1,4 @@
-"""The examples of `config/` drive the boards that they are for: other programs, other processes."""
+"""The examples in `config/` drive their boards, which are programs in other processes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ AHEAD = Twist(0.3, 0.0)
 
 
 class Sketch:
-    """A board of some kind, and the driver of the example's settings at its port."""
+    """A board of this kind, and a driver at its port with the example's settings."""
 
     def __init__(self, kind: str, folder: Path, **text: Any) -> None:
         self._log = folder / "log"
@@ -39,7 +39,7 @@ class Sketch:
         )
         self._until(lambda: self.all("plugged") != [], "it is plugged in")
         robot = config.load(CONFIG / FILES[kind]).robot.model_dump()
-        # A set-point lasts as long as it may, so that a busy machine is not taken for silence.
+        # The longest time-to-live, so that a busy machine does not count as silence.
         robot["serial"] |= {"url": str(folder / "port"), "reopen_s": 0.05, "ttl_ms": 1000}
         robot["serial"]["text"] |= text
         self.settings = config.RobotSettings.model_validate(robot)
@@ -52,7 +52,7 @@ class Sketch:
         assert self._process.wait(5) == 0
 
     def do(self, command: str) -> float:
-        """Do something to the board; return when it was done."""
+        """Send the board's process a command; return when it was done."""
         before = len(self.all(command))
         assert self._process.stdin is not None
         self._process.stdin.write(f"{command}\n".encode())
@@ -75,7 +75,7 @@ class Sketch:
         return self.driver.state()
 
     def drive(self, twist: Twist = AHEAD, turn: int = 1) -> None:
-        """Stand, then go until the wheels turn."""
+        """Stand, then drive until the wheels turn."""
         self.until(lambda state: state.connected)
         self.driver.apply(STANDSTILL, turn)
         self.keep(twist, turn, lambda: self.wheels != (0, 0))
@@ -103,8 +103,8 @@ def sketch(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Sketch]:
 
 
 @pytest.mark.alone
-def test_it_drives_tells_and_stops(sketch: Sketch) -> None:
-    """The wheels turn as fast as they are told, what the board knows comes back, and it stops."""
+def test_it_drives_reports_and_stops(sketch: Sketch) -> None:
+    """The wheels turn at the commanded speed, the board's values are read, and it stops."""
     sketch.drive()
     text = sketch.settings.serial.text
     share = round(AHEAD.linear_mps * text.per_mps)
@@ -122,8 +122,8 @@ def test_it_drives_tells_and_stops(sketch: Sketch) -> None:
         assert state.battery_v == 24.6
 
 
-def test_it_curves_as_it_is_told(sketch: Sketch) -> None:
-    """To the left is to the left: the right wheel is the faster one, by the wheel base."""
+def test_it_curves_as_commanded(sketch: Sketch) -> None:
+    """To the left, the right wheel is faster, by the wheel base."""
     robot = sketch.settings
     sketch.drive(Twist(0.0, 1.0))
     aside = round(robot.wheel_base_m / 2 * robot.serial.text.per_mps)
@@ -131,7 +131,7 @@ def test_it_curves_as_it_is_told(sketch: Sketch) -> None:
 
 
 def test_a_pulled_cable_stops_it_in_its_own_time(sketch: Sketch) -> None:
-    """The board's watchdog, set to its `ttl_ms`, stops it; put back it stands until driven anew."""
+    """Its watchdog of `ttl_ms` stops the board; plugged in, it stands until driven again."""
     sketch.drive()
     epoch = sketch.driver.state().epoch
     out_s = sketch.do("unplug")
@@ -148,8 +148,8 @@ def test_a_pulled_cable_stops_it_in_its_own_time(sketch: Sketch) -> None:
     sketch.drive(turn=2)
 
 
-def test_a_board_that_restarts_stands_until_driven_anew(sketch: Sketch) -> None:
-    """While it boots it answers nothing: the connection begins anew, with its settings."""
+def test_a_board_that_restarts_stands_until_driven_again(sketch: Sketch) -> None:
+    """A booting board does not answer: the connection starts over, with its settings."""
     sketch.drive()
     epoch = sketch.driver.state().epoch
     reset_s = sketch.do("reset")
@@ -160,8 +160,8 @@ def test_a_board_that_restarts_stands_until_driven_anew(sketch: Sketch) -> None:
     assert [one for one in sketch.all("wheels", reset_s) if one["why"] != "reset"] == []
 
 
-def test_a_board_that_hangs_is_told(sketch: Sketch) -> None:
-    """One that answers nothing any more is a sentence with what to do, until it does again."""
+def test_a_board_that_hangs_is_a_problem(sketch: Sketch) -> None:
+    """The problem says what to do, until the board answers again."""
     sketch.until(lambda state: state.connected)
     sketch.do("freeze")
     problem = sketch.until(lambda state: not state.connected).problem
@@ -171,7 +171,7 @@ def test_a_board_that_hangs_is_told(sketch: Sketch) -> None:
 
 
 def test_the_last_line_is_a_stop(sketch: Sketch) -> None:
-    """After closing in motion the wheels stand, at once and by being told."""
+    """After closing in motion the wheels stop at once, by command."""
     sketch.drive()
     sketch.driver.close()
     sketch._until(lambda: sketch.wheels == (0, 0), "it stands")
@@ -179,7 +179,7 @@ def test_the_last_line_is_a_stop(sketch: Sketch) -> None:
 
 
 def test_the_controller_is_set_before_it_is_driven(tmp_path: Path) -> None:
-    """It has its watchdog and no echo before the first motion, and stays stopped at the end."""
+    """Its watchdog is on and its echo off before the first motion, and it ends stopped."""
     sketch = Sketch("roboteq", tmp_path)
     sketch.driver.open()
     sketch.drive()
@@ -204,7 +204,7 @@ def test_the_controller_is_set_before_it_is_driven(tmp_path: Path) -> None:
 def test_a_sketch_that_does_not_answer_stands(
     tmp_path: Path, kind: str, text: dict[str, Any], said: str
 ) -> None:
-    """One that answers nothing, or something else, is one sentence, and nothing moves it."""
+    """Without the right answer there is a problem, and nothing moves the board."""
     sketch = Sketch(kind, tmp_path, boot_ms=100, **text)
     sketch.driver.open()
     try:

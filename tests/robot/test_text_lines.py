@@ -1,4 +1,4 @@
-"""Lines in a stream of bytes, and what those of a robot tell."""
+"""Lines in a stream of bytes, and a robot's reports in them."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ def reports(*lines: str, **serial: Any) -> Reports:
         ([b"x" * 5000, b"\n" + b"y" * 5000, b"z\nOK\n"], ["OK"]),
     ],
 )
-def test_lines_are_cut_at_either_end(pieces: list[bytes], lines: list[str]) -> None:
-    """Carriage return or line feed ends one; empty ones and ones that are too long are none."""
+def test_lines_end_at_cr_or_lf(pieces: list[bytes], lines: list[str]) -> None:
+    """A carriage return or line feed ends a line; empty and overlong ones are ignored."""
     found = Lines()
     assert [line for piece in pieces for line in found.feed(piece)] == lines
 
 
 @given(st.binary(max_size=600), st.integers(1, 40))
-def test_any_bytes_are_cut_alike(data: bytes, size: int) -> None:
-    """However a stream comes in pieces its lines are the same, and little of it is kept."""
+def test_any_bytes_are_split_alike(data: bytes, size: int) -> None:
+    """However a stream is cut, its lines are the same, and at most one is kept."""
     whole, cut = Lines(), Lines()
     pieces = [data[at : at + size] for at in range(0, len(data), size)]
     assert whole.feed(data) == [line for piece in pieces for line in cut.feed(piece)]
@@ -57,16 +57,16 @@ def test_any_bytes_are_cut_alike(data: bytes, size: int) -> None:
     ("template", "line"),
     [("V={battery_v}", "V=24.6"), ("V={battery_dv}", "V=246"), ("V={battery_mv}", "V=24600")],
 )
-def test_a_battery_is_told_in_any_unit(template: str, line: str) -> None:
-    """Volts, tenths of them and thousandths are all volts here."""
+def test_a_battery_is_read_in_any_unit(template: str, line: str) -> None:
+    """Volts, tenths and thousandths all become volts."""
     told = reports(template)
     assert told.battery_v(0.0) is None
     assert told.parse_line(line, 0.0)
     assert told.battery_v(0.5) == 24.6
 
 
-def test_what_was_told_long_ago_is_not_known() -> None:
-    """A second later there is no battery, no bumper and no motion any more."""
+def test_old_values_expire() -> None:
+    """After 1 s battery, bumpers and motion are unknown."""
     told = reports("{battery_v} {bumpers} {moving}")
     told.parse_line("12 3 1", 10.0)
     assert (told.battery_v(10.99), told.bumpers(10.99), told.moving(10.99)) == (12.0, 3, True)
@@ -74,7 +74,7 @@ def test_what_was_told_long_ago_is_not_known() -> None:
 
 
 def test_bumpers_are_bits() -> None:
-    """Of any number the lowest eight are taken."""
+    """The lowest eight bits of a number count."""
     told = reports("B{bumpers}")
     told.parse_line("B259", 0.0)
     assert told.bumpers(0.0) == 3
@@ -88,8 +88,8 @@ def test_bumpers_are_bits() -> None:
         ("S={left}:{right}", "S=0.0:0", "S=0.1:0"),
     ],
 )
-def test_motion_is_told(template: str, still: str, turning: str) -> None:
-    """A flag or a speed says whether a wheel turns."""
+def test_motion_is_read(template: str, still: str, turning: str) -> None:
+    """A flag or a speed shows whether a wheel turns."""
     told = reports(template)
     assert told.moving(0.0) is None
     told.parse_line(still, 0.0)
@@ -99,7 +99,7 @@ def test_motion_is_told(template: str, still: str, turning: str) -> None:
 
 
 def test_ticks_that_change_are_motion() -> None:
-    """From the second report on they are compared; the newest says how it is."""
+    """The newest two reports show whether a wheel turns."""
     told = reports("{left_ticks} {right_ticks}", ticks_per_m=1000)
     told.parse_line("5 5", 0.0)
     assert told.moving(0.0) is None
@@ -114,15 +114,15 @@ def test_ticks_that_change_are_motion() -> None:
 
 
 def test_a_flag_alone_does_not_hide_ticks() -> None:
-    """Of two signs of motion either is enough."""
+    """Either sign of motion is enough."""
     told = reports("{moving} {left_ticks} {right_ticks}")
     told.parse_line("0 1 1", 0.0)
     told.parse_line("0 2 1", 0.1)
     assert told.moving(0.1) is True
 
 
-def test_another_line_is_none_of_them() -> None:
-    """It changes nothing."""
+def test_another_line_is_ignored() -> None:
+    """A line that does not match changes nothing."""
     told = reports("V={battery_v}", "B={bumpers}")
     assert not told.parse_line("V=x", 0.0)
     assert told.parse_line("B=1", 0.0)
@@ -130,7 +130,7 @@ def test_another_line_is_none_of_them() -> None:
 
 
 def test_a_new_connection_knows_nothing() -> None:
-    """What was told before it does not count."""
+    """Earlier values do not count."""
     told = reports("{left_ticks} {right_ticks}", "V={battery_v}")
     for line in ("1 1", "2 2", "V=12"):
         told.parse_line(line, 0.0)
@@ -141,7 +141,7 @@ def test_a_new_connection_knows_nothing() -> None:
 @pytest.mark.parametrize("wrong", ["", "nan", "-inf", "ovf", "NULL"])
 @pytest.mark.parametrize("at", range(4))
 def test_each_number_of_a_line_counts_for_itself(at: int, wrong: str) -> None:
-    """A sensor that fails takes nothing from the others of its line, and no wheel is made up."""
+    """A failing sensor leaves the others in its line intact, and no wheel is made up."""
     told = reports("R {battery_mv},{bumpers},{left_ticks},{right_ticks}")
     assert told.parse_line("R 12000,1,0,0", 1.0)
     second = ["12100", "1", "9", "9"]
@@ -153,15 +153,15 @@ def test_each_number_of_a_line_counts_for_itself(at: int, wrong: str) -> None:
     assert told.battery_v(2.2) == (None if at == 0 else 12.1)
 
 
-def test_a_line_of_two_forms_is_the_one_that_tells_more() -> None:
-    """Where a number may be missing, a line of one form could be that of another."""
+def test_of_two_matching_patterns_the_longer_counts() -> None:
+    """Where a number may be missing, a line can match two patterns."""
     told = reports("{left},{right}{battery_mv}", "{left},{bumpers} {battery_mv}")
     assert told.parse_line("1,4 12000", 1.0)
     assert (told.bumpers(1.0), told.battery_v(1.0)) == (4, 12.0)
 
 
-def test_no_volts_are_none_measured() -> None:
-    """As in the dialect of frames, 0 is what a board without a divider says."""
+def test_zero_volts_are_unknown() -> None:
+    """As in the dialect `frames`, a board without a divider sends 0."""
     told = reports("V {battery_mv}")
     assert told.parse_line("V 0", 1.0)
     assert told.battery_v(1.0) is None

@@ -22,14 +22,14 @@ def both(wheels: WheelSpeeds) -> tuple[float, float]:
 
 
 def test_straight_and_on_the_spot() -> None:
-    """Ahead both wheels turn alike; turning left the right one goes ahead by half the base."""
+    """Ahead both wheels are alike; turning left on the spot drives the right one ahead."""
     assert both(mixed(Twist(0.4, 0.0))) == pytest.approx((0.4, 0.4))
     assert both(mixed(Twist(0.0, 1.0), wheel_base_m=0.5)) == pytest.approx((-0.25, 0.25))
     assert both(mixed(Twist(0.2, -0.5))) == pytest.approx((0.275, 0.125))
 
 
 def test_trim_and_inversion_belong_to_one_wheel() -> None:
-    """Trim makes its wheel slower in both directions, inversion turns it round, the other not."""
+    """Trim slows its own wheel in both directions, and inversion reverses its own."""
     assert both(mixed(Twist(0.4, 0.0), left_trim=0.9)) == pytest.approx((0.36, 0.4))
     assert both(mixed(Twist(-0.4, 0.0), right_trim=0.5)) == pytest.approx((-0.4, -0.2))
     assert both(mixed(Twist(0.4, 0.0), invert_right=True)) == pytest.approx((0.4, -0.4))
@@ -47,7 +47,7 @@ def test_trim_and_inversion_belong_to_one_wheel() -> None:
 def test_no_wheel_is_too_fast_and_every_curve_keeps_its_radius(
     linear: float, angular: float, max_linear: float, max_angular: float, base_m: float
 ) -> None:
-    """Both wheels stay within their limit, and their ratio is the one that was asked for."""
+    """Both wheels stay within their limit, and keep the commanded ratio."""
     settings = RobotSettings(
         max_linear_mps=max_linear, max_angular_rps=max_angular, wheel_base_m=base_m
     )
@@ -59,13 +59,13 @@ def test_no_wheel_is_too_fast_and_every_curve_keeps_its_radius(
     assert left * wanted_left >= -1e-9
 
 
-def test_no_wheel_is_faster_than_can_be_said() -> None:
-    """However fast the robot may turn, a wheel's speed in mm/s fits into 16 bits."""
+def test_no_wheel_is_faster_than_a_frame_can_carry() -> None:
+    """Whatever the limits, a wheel's speed in mm/s fits into 16 bits."""
     limits = {"max_linear_mps": 1.0, "max_angular_rps": 20.0, "wheel_base_m": 5.0}
     assert both(mixed(Twist(0.0, 20.0), **limits)) == pytest.approx((-32.767, 32.767))
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_no_number_is_standstill(bad: float) -> None:
-    """NaN and infinity never reach a wheel."""
+def test_nan_and_infinity_are_standstill(bad: float) -> None:
+    """Neither reaches a wheel."""
     assert mixed(Twist(bad, 0.3)) == mixed(Twist(0.3, bad)) == WheelSpeeds(0.0, 0.0)
