@@ -106,12 +106,12 @@ async def until(so: Callable[[], bool], within_s: float) -> bool:
 
 async def drive(operator: RemoteOperator, moves: Callable[[], bool]) -> None:
     """Join, and press until the robot moves."""
-    operator.tell("join")
+    operator.send("join")
     assert await until(lambda: operator.state.drives, 20), operator.state
     for _ in range(20):
-        operator.tell("neutral")
+        operator.send("neutral")
         await asyncio.sleep(0.4)
-        operator.tell("drive")
+        operator.send("drive")
         if await until(moves, 2):
             return
     raise AssertionError(f"the robot does not move: {operator.state}")
@@ -138,7 +138,7 @@ async def test_the_stand_in_is_driven(made: Environment, tmp_path: Path) -> None
         config.write_text(text.replace("port = 8888", f"port = {port}"), encoding="utf-8")
         async with served(made, serve, tmp_path) as operator:
             await drive(operator, lambda: shown.moves)
-            operator.tell("stop")
+            operator.send("stop")
             assert await until(lambda: not shown.moves, 20), shown.line
     finally:
         config.write_text(text, encoding="utf-8")
@@ -175,7 +175,7 @@ async def test_the_hosts_own_robot_is_driven(
     """With the walk-through's own lines in it a robot on a serial port is driven, and stops."""
     async with served(own, DRIVE_IT[0], tmp_path) as operator:
         await drive(operator, lambda: _is_ahead(*rover.wheels))
-        operator.tell("stop")
+        operator.send("stop")
         assert await until(lambda: not rover.moves, 20)
 
 

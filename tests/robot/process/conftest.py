@@ -89,7 +89,7 @@ class Server:
         )
         self.log = log
 
-    def tell(self, word: str) -> float:
+    def send(self, word: str) -> float:
         """Send it an order; return when."""
         assert self.process.stdin is not None
         now_s = time.monotonic()
@@ -104,9 +104,9 @@ class Server:
 
     def _drives_off(self) -> bool:
         """Try once; on a busy machine the server may be silent for too long."""
-        self.tell("stand")
+        self.send("stand")
         time.sleep(0.1)
-        since_s = self.tell("drive")
+        since_s = self.send("drive")
         time.sleep(0.1)
         return self.log.moves(since_s)
 

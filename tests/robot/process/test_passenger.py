@@ -106,7 +106,7 @@ def test_a_person_outranks_a_server_that_drives(
     stopped_s = log.stopped_s(touched_s)
     until(lambda: backward(log, touched_s))
     assert ahead_after(log, stopped_s) == []
-    server.tell("close")
+    server.send("close")
     until(lambda: not is_alive(log.pid()))
     assert server.process.wait(5.0) == 0
 
@@ -150,9 +150,9 @@ def test_a_stop_of_theirs_outlives_whatever_dies(
         until(is_replaced(log, old))
         began_s = time.monotonic()
         for _ in range(4):  # for longer than the pause
-            server.tell("stand")
+            server.send("stand")
             time.sleep(0.1)
-            server.tell("drive")
+            server.send("drive")
             time.sleep(0.1)
         assert not log.moves(began_s), f"the {dies} has died"
     person.does("0 0 go_on")
@@ -170,7 +170,7 @@ def test_a_sharing_stick_drives_only_without_an_operator(
     time.sleep(0.3)
     assert not log.moves(touched_s)
     person.does("0 0 -")
-    left_s = server.tell("leave")
+    left_s = server.send("leave")
 
     def drives() -> bool:
         """Let go and push again, each for long enough to be felt, as a person does."""
@@ -209,7 +209,7 @@ def test_a_server_that_fails_leaves_the_robot_to_the_person(
     """A server that ends because of a failure counts as dead, and the person drives on."""
     server = start()
     server.drive()
-    server.tell("abandon")
+    server.send("abandon")
     assert server.process.wait(5.0) == 0
     touched_s = person.does("-1 0 -")
     until(lambda: backward(log, touched_s))

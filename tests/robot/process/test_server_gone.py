@@ -58,10 +58,10 @@ def test_a_frozen_server_stops_the_robot(server: Server, log: Log) -> None:
 def test_a_silent_server_stops_the_robot(server: Server, log: Log) -> None:
     """A server that runs but is silent counts as gone."""
     server.drive()
-    silent_s = server.tell("silence")
+    silent_s = server.send("silence")
     assert log.stopped_s(silent_s) - silent_s < STOP_S
     assert stands_since(log, log.stopped_s(silent_s))
-    server.tell("drive")
+    server.send("drive")
     assert stands_since(log, log.stopped_s(silent_s))
     server.drive()
 
@@ -69,7 +69,7 @@ def test_a_silent_server_stops_the_robot(server: Server, log: Log) -> None:
 def test_an_orderly_end_stops_the_robot(server: Server, log: Log) -> None:
     """`close` returns only after the robot was stopped and closed."""
     server.drive()
-    closed_s = server.tell("close")
+    closed_s = server.send("close")
     server.process.wait()
     assert [entry.word for entry in log.entries()][-2:] == ["stop", "close"]
     assert log.stopped_s(closed_s) - closed_s < STOP_S
@@ -89,10 +89,10 @@ def test_a_log_that_nobody_reads_does_not_hold_the_process(unread: Server, log: 
     """A full log pipe does not block the driver process."""
     unread.drive()
     pid = log.pid()
-    silent_s = unread.tell("silence")
+    silent_s = unread.send("silence")
     assert stands_since(log, log.stopped_s(silent_s))
     unread.drive()
-    closed_s = unread.tell("close")
+    closed_s = unread.send("close")
     unread.process.wait()
     assert [entry.word for entry in log.entries(closed_s)][-2:] == ["stop", "close"]
     assert log.pid() == pid

@@ -155,11 +155,11 @@ class Proof:
             case "silent":
                 self._operator.freeze()
             case "stop":
-                self._operator.tell("stop")
+                self._operator.send("stop")
             case "http":
-                self._operator.tell("stop by http")
+                self._operator.send("stop by http")
             case "leave":
-                self._operator.tell("leave")
+                self._operator.send("leave")
             case "frozen":
                 self._server.freeze()
             case "killed":
@@ -170,7 +170,7 @@ class Proof:
                 self._watch.cut()
 
     async def _mend(self, fault: Fault) -> None:
-        self._operator.tell("neutral")
+        self._operator.send("neutral")
         match fault.key:
             case "silent":
                 self._operator.thaw()
@@ -188,10 +188,10 @@ class Proof:
         end_s = time.monotonic() + _RECOVER_S
         while time.monotonic() < end_s:
             if await self._may_drive():
-                self._operator.tell("neutral")
+                self._operator.send("neutral")
                 await asyncio.sleep(_NEUTRAL_S)
                 self._watch.forget()
-                self._operator.tell("drive")
+                self._operator.send("drive")
                 if await self._moves_within(_PRESS_S):
                     return
             await asyncio.sleep(_NEUTRAL_S)
@@ -204,11 +204,11 @@ class Proof:
             await self._operator.start(self._server.url)
             return False
         if state.stop is not None:
-            self._operator.tell("neutral")
-            self._operator.tell("release")
+            self._operator.send("neutral")
+            self._operator.send("release")
             return False
         if not state.drives:
-            self._operator.tell("join")
+            self._operator.send("join")
             return False
         robot = await self._server.robot()
         return robot is not None and bool(robot["connected"])

@@ -47,7 +47,7 @@ class RemoteOperator(ControlledProcess):
         if not await self.until(lambda: self.state.is_open, _OPEN_S):
             raise StartError(f"the proof's operator cannot connect: {self.last_line()}")
 
-    def tell(self, order: Order) -> None:
+    def send(self, order: Order) -> None:
         if self._process is not None and self._process.stdin is not None:
             self._process.stdin.write(order.encode() + b"\n")
 

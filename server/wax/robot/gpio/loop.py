@@ -140,7 +140,7 @@ class PinLoop:
         twist = unless_bumped(wanted, front=front, back=back)
         shares = OFF if twist.is_zero else self._opening.shares(twist)
         pins.drive(shares)
-        pins.follow(*self._opening.directions(twist))
+        pins.set_directions(*self._opening.directions(twist))
 
     def _look(self, pins: Pins, odometry: StepOdometry, now_s: float) -> None:
         steps = pins.steps

@@ -148,7 +148,7 @@ class Pins:
         for motor, share in zip(self._motors, (shares.left, shares.right), strict=True):
             motor.set(share)
 
-    def follow(self, left: int, right: int) -> None:
+    def set_directions(self, left: int, right: int) -> None:
         """Tell encoders with one pin in which direction the wheels roll."""
         for encoder, towards in zip(self._encoders, (left, right), strict=False):
             encoder.towards = towards or encoder.towards
