@@ -579,6 +579,27 @@ async def test_a_closed_peer_is_freed_at_once(pair: Pair, state: str) -> None:
         gc.enable()
 
 
+async def test_no_keys_are_made_for_whoever_never_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Offers that nobody follows up end many at a time."""
+    made: list[object] = []
+    make = private._stock_ssl_context
+
+    def noted(*of: Any, **how: Any) -> object:
+        made.append(of)
+        return make(*of, **how)
+
+    async with opened_network("one-port") as opened:
+        peer = peer_of(opened, Events())
+        monkeypatch.setattr(private, "_stock_ssl_context", noted)
+        await peer.answer(clean_offer(_offer("chromium")))
+        pc = peer._pc
+        await async_until(lambda: pc.iceConnectionState == "checking")
+        dtls = pc.getSenders()[0].transport
+        await peer.close()
+        await async_until(lambda: dtls.state == "failed")
+    assert made == []
+
+
 def _offer(browser: str) -> str:
     return (Path(__file__).parent / "offers" / f"{browser}.sdp").read_text(encoding="utf-8")
 

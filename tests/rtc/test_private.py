@@ -54,6 +54,7 @@ def test_all_private_parts_are_there() -> None:
         (aioice.ice.Connection, "data_received"),
         (aioice.ice.StunProtocol, "datagram_received"),
         (RTCDtlsTransport, "_recv_next"),
+        (RTCDtlsTransport, "_set_state"),
         (aioice.stun, "parse_message"),
         (aioice.stun, "COOKIE"),
         (aioice.candidate, "candidate_priority"),

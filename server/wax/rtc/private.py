@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Collection, Iterator, Sequence
 
     from aiortc.mediastreams import MediaStreamTrack
+    from aiortc.rtcdtlstransport import RTCDtlsParameters
     from aiortc.rtcicetransport import RTCIceParameters
     from aiortc.rtcrtpparameters import RTCRtpReceiveParameters, RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket
@@ -129,6 +130,7 @@ def check() -> None:
                 hasattr(RTCCertificate, "_create_ssl_context"),
             ),
             ("RTCDtlsTransport._recv_next", hasattr(RTCDtlsTransport, "_recv_next")),
+            ("RTCDtlsTransport._set_state", hasattr(RTCDtlsTransport, "_set_state")),
             ("RTCIceTransport._recv", sets(RTCIceTransport, "_recv")),
             (
                 "RTCPeerConnection.__pendingRemoteDescription",
@@ -240,6 +242,7 @@ def install() -> None:
     aioice.ice.Connection.data_received = _data_received  # type: ignore[assignment,method-assign]
     cast("Any", aioice.ice.StunProtocol).datagram_received = _datagram_received
     cast("Any", RTCDtlsTransport)._recv_next = _receive_next
+    cast("Any", RTCDtlsTransport).start = _start_dtls
     cast("Any", RTCCertificate)._create_ssl_context = _ssl_context
     aioice.stun.parse_message = _parsed_stun
     cast("Any", rtcicetransport).Connection = _connection
@@ -365,6 +368,17 @@ async def _receive_next(dtls: RTCDtlsTransport) -> None:
 
 
 _stock_recv_next = RTCDtlsTransport._recv_next
+
+
+async def _start_dtls(dtls: RTCDtlsTransport, theirs: RTCDtlsParameters) -> None:
+    """Skip the handshake if ICE has failed: aiortc would make its keys, which takes 1 ms."""
+    if dtls.transport.state == "completed":
+        await _stock_start_dtls(dtls, theirs)
+    else:
+        dtls._set_state(rtcdtlstransport.State.FAILED)
+
+
+_stock_start_dtls = RTCDtlsTransport.start
 
 
 def mark_other_end_known(pc: RTCPeerConnection) -> None:
