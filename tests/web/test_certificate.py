@@ -94,6 +94,38 @@ def _shake_hands(server: ssl.SSLContext, client: ssl.SSLContext, name: str) -> b
     return not ends
 
 
+def _hello(group: int, share: bytes) -> bytes:
+    """Begin TLS 1.3 with a share of this one group (RFC 8446, 4.1.2 and 4.2.8)."""
+
+    def sized(count: int, body: bytes) -> bytes:
+        return len(body).to_bytes(count) + body
+
+    named = group.to_bytes(2)
+    extensions = {
+        10: sized(2, named),
+        13: sized(2, b"\x04\x03\x08\x04"),
+        43: b"\x02\x03\x04",
+        51: sized(2, named + sized(2, share)),
+    }
+    told = b"".join(kind.to_bytes(2) + sized(2, body) for kind, body in extensions.items())
+    body = b"\x03\x03" + bytes(32) + b"\0" + sized(2, b"\x13\x01") + b"\x01\0" + sized(2, told)
+    return b"\x16\x03\x01" + sized(2, b"\x01" + sized(3, body))
+
+
+def test_no_client_chooses_a_costly_key_exchange(tmp_path: Path) -> None:
+    """One is taken that every browser has, and none that blocks the event loop."""
+    context = self_signed(tmp_path, NAMES, NOW).context()
+    answers = []
+    for group, share in ((0x001D, b"\x09" + bytes(31)), (0x0104, bytes(1023) + b"\x04")):
+        came, goes = ssl.MemoryBIO(), ssl.MemoryBIO()
+        end = context.wrap_bio(came, goes, server_side=True)
+        came.write(_hello(group, share))
+        with pytest.raises(ssl.SSLError) as stopped:
+            end.do_handshake()
+        answers.append(type(stopped.value))
+    assert answers == [ssl.SSLWantReadError, ssl.SSLError]
+
+
 def test_nobody_is_asked_for_a_key_s_password(tmp_path: Path) -> None:
     """An encrypted key is an error; OpenSSL would ask at the terminal, and a service has none."""
     kept = self_signed(tmp_path, NAMES, NOW)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import datetime
 import ipaddress
 import ssl
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -64,6 +65,10 @@ class Certificate:
         """Return the server's TLS context; raises `StartError`."""
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
+        # Every browser has it. OpenSSL 3 takes what a client chooses, up to ffdhe8192, which costs
+        # it many milliseconds in one step (CVE-2022-40735); 1.1 has no such group in TLS 1.3.
+        with suppress(ValueError):
+            context.set_ecdh_curve("X25519")
         try:
             for path in (self.chain, self.key):
                 read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
