@@ -7,11 +7,13 @@ import errno
 import gc
 import json
 import logging
+import os
 import socket
 import ssl
 import struct
 import time
 import weakref
+from asyncio import sslproto
 from collections import Counter
 from contextlib import asynccontextmanager, suppress
 from datetime import UTC, datetime
@@ -941,6 +943,64 @@ async def test_handshakes_are_queued(tmp_path: Path, monkeypatch: pytest.MonkeyP
         assert not waiting.done()
         clock.time_s += READ_S
         assert b"200 OK" in await waiting
+
+
+@pytest.mark.parametrize("begun", [b"", POST.replace(b"/ ", b"/slow ", 1) + bytes(20)])
+async def test_what_tls_keeps_to_itself_is_charged(
+    begun: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever sends what never becomes HTTP, such as new keys, is read until they owe, no more."""
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    clock, reads = TurnedClock(), 0
+    monkeypatch.setattr(clock, "wall_ms", SystemClock().wall_ms)
+    read = sslproto.SSLProtocol._do_read  # type: ignore[attr-defined]
+
+    def costly(tls: sslproto.SSLProtocol) -> None:
+        nonlocal reads
+        reads += 1
+        until_s = time.thread_time() + 0.01
+        while time.thread_time() < until_s:
+            pass
+        read(tls)
+
+    async with open_entrance(clock=clock, https=True) as entrance:
+        context = _trusting(tmp_path / "certificate.pem")
+        _, writer = await asyncio.open_connection(
+            "127.0.0.1", entrance.port, ssl=context, server_hostname="localhost"
+        )
+        writer.write(begun)
+        served = await _only_one(entrance)
+        await async_until(lambda: served._is_answering is bool(begun))
+        monkeypatch.setattr(sslproto.SSLProtocol, "_do_read", costly)
+        line = writer.get_extra_info("socket").fileno()
+        os.write(line, b"\x17\x03\x03\x40\x00")  # a record of 16 KiB
+        for _ in range(100):
+            os.write(line, b"\0")
+            await asyncio.sleep(0.002)
+        assert 10 < reads < 60
+        server_line: Any = served.tcp_transport
+        assert not server_line.is_reading()
+        clock.time_s += READ_S
+        await async_until(server_line.is_reading)
+        writer.transport.abort()
+
+
+async def test_tls_reads_nothing_ahead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What waits until a request is answered waits in the system, for all to be read in one go."""
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    async with open_entrance(https=True) as entrance:
+        context = _trusting(tmp_path / "certificate.pem")
+        _, writer = await asyncio.open_connection(
+            "127.0.0.1", entrance.port, ssl=context, server_hostname="localhost"
+        )
+        writer.write(POST.replace(b"/ ", b"/slow ", 1) + bytes(20) + POST + bytes(20))
+        served = await _only_one(entrance)
+        await async_until(lambda: served._is_answering and bool(served._requests))
+        writer.write(bytes(300_000))
+        await asyncio.sleep(0.1)
+        secured: Any = served.transport
+        assert secured.get_read_buffer_size() < 20_000
+        writer.transport.abort()
 
 
 async def test_a_new_certificate_needs_no_restart(

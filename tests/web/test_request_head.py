@@ -88,8 +88,9 @@ def test_the_sender_of_a_head() -> None:
     """Cookies and forwarded addresses are found in any case, non-ASCII bytes included."""
     head = read_head(
         b"POST /api/stop HTTP/1.1\r\nCOOKIE: a=1\r\ncookie:b=\xff\r\nX-Forwarded-For: x\r\n"
-        b"Forwarded: for=y\r\nCookie \r\n\r\n"
+        b"Forwarded: for=y\r\nWAX-Tab: ada's \xff\r\nCookie \r\n\r\n"
     )
     assert head.target == "POST /api/stop"
     assert head.cookies == ["a=1", "b=\udcff"]
+    assert head.tab == "ada's \udcff"
     assert (head.x_forwarded_for, head.forwarded) == (["x"], ["for=y"])

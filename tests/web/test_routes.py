@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, cast
 import pytest
 from aiohttp import CookieJar
 from aiohttp.test_utils import TestClient, TestServer
+from aiohttp.web import BaseRequest
 from tests.examples import at_length
 from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
@@ -271,10 +272,11 @@ def test_only_permitted_requests_are_urgent(room: FakeRoom, access: Access) -> N
     made = _routes(room, access)
     cookie = access.new_identity(bound=True)
     shown = Shown(cookie)
-    assert made.who(shown, "192.0.2.1", "POST /api/stop") is None
+    assert made.who(shown, "192.0.2.1", "POST /api/stop", "") is None
     identity = access.identity_of(shown)
     assert identity is not None
     room.visitors.append(Visitor(identity, "192.0.2.1"))
+    room.offers.append(("their-tab", ""))
     roles: dict[Role, bool] = {"observer": False, "operator": True}
     for role, may_release in roles.items():
         room.role = role
@@ -283,9 +285,12 @@ def test_only_permitted_requests_are_urgent(room: FakeRoom, access: Access) -> N
             ("POST /api/release", may_release),
             ("GET /", False),
         ):
-            assert made.who(shown, "192.0.2.1", route) == (identity, is_urgent)
+            assert made.who(shown, "192.0.2.1", route, "") == (identity, is_urgent)
+            by_tab = (identity, True) if route == "POST /api/stop" else None
+            assert made.who(Shown(), "192.0.2.1", route, "their-tab") == by_tab
+            assert made.who(Shown(), "192.0.2.1", route, "another-tab") is None
     host = Shown(cookie, access.become_host(access.new_host_link()))
-    assert made.who(host, "192.0.2.1", "GET /") == (HOST, True)
+    assert made.who(host, "192.0.2.1", "GET /", "") == (HOST, True)
 
 
 async def _served(
@@ -747,6 +752,7 @@ async def test_only_the_view_for_frames_may_be_framed(
             policy = answer.headers["Content-Security-Policy"]
             assert policy.endswith("frame-ancestors 'self'"), path
             assert 'data-view="embed"' not in await answer.text()
+        assert (await client.get(about + "&a" * 500)).status == 404, "it is parsed as a whole"
         for path in ("/?view=embed", "/?view=%65mbed&x=1"):
             frame = await client.get(path)
             assert 'data-view="embed"' in await frame.text()
@@ -760,6 +766,15 @@ async def test_only_the_view_for_frames_may_be_framed(
         frame = await client.get("/?view=embed")
         assert frame.headers["Content-Security-Policy"].endswith("frame-ancestors 'self'")
         assert (await client.get(page.format(client.port).replace("/?", "/oembed?"))).status == 404
+
+
+async def test_a_links_parameters_are_not_parsed(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other sites add to a link; parsing 8 KB would take milliseconds in one step."""
+    monkeypatch.setattr(BaseRequest, "query", property(lambda _: pytest.fail("parsed")))
+    frame = await client.get("/?" + "a&" * 3900 + "view=embed")
+    assert frame.headers["Cross-Origin-Resource-Policy"] == "cross-origin"
 
 
 async def test_a_cross_origin_isolated_site_shows_the_frame(client: Client) -> None:

@@ -39,6 +39,19 @@ def test_only_trusted_proxies_are_believed(
     assert Proxies(trusted).seen(request).sender == expected
 
 
+@pytest.mark.parametrize("name", ["Forwarded", "X-Forwarded-For", "X-Forwarded-Proto"])
+def test_no_client_has_thousands_of_senders_looked_at(name: str) -> None:
+    """What they add is refused by its length; the proxy's own is at its end."""
+    own = {"Forwarded": "for=198.51.100.1", "X-Forwarded-For": "198.51.100.1"}.get(name, "https")
+    said = "," * 1000 + own
+    request = make_mocked_request("GET", "/", headers={name: said}).clone(remote="127.0.0.1")
+    proxies = Proxies(["127.0.0.1"])
+    assert proxies.seen(request).sender == ("127.0.0.1" if own == "https" else "198.51.100.1")
+    longer = make_mocked_request("GET", "/", headers={name: "," * 100 + said})
+    with pytest.raises(NotForUsError, match="too long"):
+        proxies.seen(longer.clone(remote="127.0.0.1"))
+
+
 @pytest.mark.parametrize(
     ("trusted", "claimed", "expected"),
     [

@@ -21,7 +21,10 @@ _LARGE_OCTETS: Final = 512 * 1024
 """Above a raw picture of 640×480, which is allocated for each frame and should stay in the heap;
 below an encoder's buffers."""
 _READ_OCTETS: Final = 32 * 1024
-"""By itself, asyncio allocates 256 KiB for each read, and keeps as much for each TLS connection."""
+_TLS_READ_OCTETS: Final = 4096
+"""By itself, asyncio allocates 256 KiB for each read, and keeps as much for each TLS connection.
+What TLS reads at once may be anything but HTTP, such as 150 new keys, each of which takes it 7 µs.
+"""
 
 
 def settle() -> None:
@@ -80,8 +83,8 @@ def return_large_blocks() -> None:
 def read_in_small_pieces() -> None:
     """Have asyncio take no more memory for each connection than what comes at once."""
     transport = selector_events._SelectorSocketTransport  # type: ignore[attr-defined]
-    for kind in (transport, sslproto.SSLProtocol):
-        kind.max_size = _READ_OCTETS
+    transport.max_size = _READ_OCTETS
+    sslproto.SSLProtocol.max_size = _TLS_READ_OCTETS
 
 
 def break_circle(transport: asyncio.BaseTransport) -> None:

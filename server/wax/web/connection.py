@@ -129,6 +129,15 @@ class Connection(web.RequestHandler):
         self._note_held()
         self._charge(began_s)
 
+    def read_by_tls(self, read: Callable[[], None]) -> None:
+        """Charge what it takes to `read`, of which perhaps nothing is HTTP."""
+        turnstile = self._limits.turnstile
+        began_s, charged_s = time.thread_time(), turnstile.charged_s
+        read()
+        began_s += turnstile.charged_s - charged_s  # what came of it is charged already
+        self._charge(min(began_s, time.thread_time()))
+        self._queue_next()
+
     def _note_held(self) -> None:
         held_bytes = self._fed_bytes + len(self._requests)
         self._limits.connections.set_held_bytes(self._tracked, held_bytes)
@@ -142,6 +151,8 @@ class Connection(web.RequestHandler):
                 self._enqueue(self._payer, self._feed_body, urgent=self._is_urgent)
         elif not self._is_answering:
             self._queue_head()
+        if self._waiting is None and self._limits.turnstile.wait_s(self._payer) > 0:
+            self._enqueue(self._payer, self._queue_next)
         self._pause_or_resume()
 
     def _queue_next_and_charge(self) -> None:
@@ -157,8 +168,6 @@ class Connection(web.RequestHandler):
             self._queue_request(head)
         elif requests.is_full:
             self._refuse(431, Sentence("request.too_large"))
-        elif self._limits.turnstile.wait_s(self._payer) > 0:
-            self._enqueue(self._payer, self._pause_or_resume)
 
     def _queue_request(self, data: bytes) -> None:
         head = read_head(data)
@@ -182,7 +191,8 @@ class Connection(web.RequestHandler):
         budgets = limits.budgets
         # Cookie names of both schemes: the scheme matters for permissions, not for the order.
         shown = cookies.shown(head.cookies, "https")
-        known = budgets.who(shown, address, head.target) if head.cookies else None
+        may_be_known = bool(head.cookies or head.tab)
+        known = budgets.who(shown, address, head.target, head.tab) if may_be_known else None
         if known is not None and (payer := budgets.of_known(known[0], address)) is not None:
             return payer, known[1]
         return budgets.of_guest(address), False

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 HOST: Final = "host"
 """The name that `RequestBudgets.who` returns for the host."""
-Who = Callable[["Shown", str, str], tuple[str, bool] | None]
-"""Returns who sends these cookies, from this address, and whether this route is urgent for them;
-None for a stranger."""
+Who = Callable[["Shown", str, str, str], tuple[str, bool] | None]
+"""Returns who sends these cookies, from this address, and whether this route is urgent for them,
+given their tab's secret; None for a stranger."""
 
 _GUESTS: Final = Rates(committed=0.005, committed_burst_s=0.05, pool=0.2, pool_burst_s=0.6)
 """All guests together get a fifth of a core, and one address half of that. At half a millisecond a

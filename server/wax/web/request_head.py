@@ -18,7 +18,7 @@ _END: Final = b"\r\n\r\n"
 _LINE: Final = b"\r\n"
 _VERSIONS: Final = (" HTTP/1.1", " HTTP/1.0")
 _WANTED: Final = frozenset(
-    {"content-length", "cookie", "forwarded", "transfer-encoding", "x-forwarded-for"}
+    {"content-length", "cookie", "forwarded", "transfer-encoding", "wax-tab", "x-forwarded-for"}
 )
 
 
@@ -29,6 +29,7 @@ class Head:
     target: str
     body_bytes: int | None
     cookies: Sequence[str]
+    tab: str
     forwarded: Sequence[str]
     x_forwarded_for: Sequence[str]
 
@@ -90,6 +91,7 @@ def read_head(head: bytes) -> Head:
             else None
         ),
         cookies=found["cookie"],
+        tab=next(iter(found["wax-tab"]), ""),
         forwarded=found["forwarded"],
         x_forwarded_for=found["x-forwarded-for"],
     )

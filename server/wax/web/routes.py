@@ -68,6 +68,8 @@ _LOG = structlog.get_logger(__name__)
 MAX_BODY_BYTES: Final = 65_536
 _SMALL_BYTES: Final = 2048
 """The limit of every body but an offer's."""
+_LONGEST_QUERY: Final = 1024
+"""The limit of a question about a link; ours is shorter than 300."""
 _GZIP: Final = 16
 """Added to zlib's number for the window, it means gzip."""
 
@@ -253,7 +255,8 @@ class Routes:
         return application
 
     async def page(self, request: web.Request) -> web.StreamResponse:
-        is_embed = request.query.get("view") == VIEW
+        # Looked for, not parsed: of 8 KB that would take milliseconds.
+        is_embed = f"view={VIEW}" in request.query_string.split("&")
         policy = self._guards.frame_policy(self._branding.embed_on) if is_embed else None
         return await self._built.page(request, self._guards.seen(request).origin, policy)
 
@@ -274,6 +277,8 @@ class Routes:
         return await self._built.calendar(request)
 
     async def oembed(self, request: web.Request) -> web.Response:
+        if len(request.query_string) > _LONGEST_QUERY:
+            raise NotForUsError(Sentence("request.no_page"), 404)
         answer = self._branding.oembed(request.query, self._guards.seen(request).origin)
         return web.json_response(answer, headers={"Cache-Control": "public, max-age=3600"})
 
@@ -398,25 +403,32 @@ class Routes:
             resource = request.match_info.route.resource
             is_embed = resource is not None and resource.canonical == _EMBED
             shown = Shown() if is_embed else self._shown(request)
-            visitor = self._access.visitor(shown, self._guards.sender(request))
+            route = ""
             if resource is not None:  # otherwise there is no such page
                 path = "/assets" if resource.canonical == "/{path}" else resource.canonical
-                method = "GET" if request.method == "HEAD" else request.method
-                route = f"{method} {path}"
-                if route == _STOP and not (visitor.identity or visitor.is_host):
-                    visitor = self._room.by_tab(visitor, request.headers.get(_TAB, ""))
+                route = f"{'GET' if request.method == 'HEAD' else request.method} {path}"
+            tab = request.headers.get(_TAB, "")
+            visitor = self._visitor(shown, self._guards.sender(request), route, tab)
+            if route:
                 permissions.check(self._room.role_of(visitor), route)
             request[_VISITOR] = visitor
             return await handler(request)
 
         return check
 
-    def who(self, shown: Shown, address: str, route: str) -> tuple[str, bool] | None:
+    def _visitor(self, shown: Shown, address: str, route: str, tab: str) -> Visitor:
+        """Return who sends these cookies; for a Stop without any, the guest whose tab it is."""
+        visitor = self._access.visitor(shown, address)
+        if route == _STOP and not (visitor.identity or visitor.is_host):
+            return self._room.by_tab(visitor, tab)
+        return visitor
+
+    def who(self, shown: Shown, address: str, route: str, tab: str) -> tuple[str, bool] | None:
         """Return who sends these cookies, by name, and whether their request is urgent.
 
         None for anybody outside the room.
         """
-        visitor = self._access.visitor(shown, address)
+        visitor = self._visitor(shown, address, route, tab)
         if visitor.is_host:
             return HOST, True
         role = self._room.role_of(visitor)

@@ -20,8 +20,12 @@ if TYPE_CHECKING:
 
 _SCHEMES: Final = {"http": "http", "https": "https", "ws": "http", "wss": "https"}
 """The schemes that proxies report, and those in the origin that a browser sends."""
+_ABOUT_SENDERS: Final = "Forwarded", "X-Forwarded-For", "X-Forwarded-Proto", "X-Forwarded-Host"
 _FOR: Final = re.compile(r'(?i)\bfor="?([^",;]*)')
 _TWO_SENDERS: Final = Sentence("request.two_senders")
+_MOST_CHARS: Final = 1024
+"""Of a header about the sender, to which a client may add: each comma takes a microsecond."""
+_TOO_LONG: Final = Sentence("request.too_large")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +73,9 @@ class Proxies:
         remote = parsed(request.remote or "")
         if remote is None or not self._trusts(remote):
             return direct
+        for name in _ABOUT_SENDERS:
+            if sum(map(len, request.headers.getall(name, ()))) > _MOST_CHARS:
+                raise NotForUsError(_TOO_LONG, 431)
         found = [
             self._forwarded(request, remote, direct),
             self._x_forwarded(request, remote, direct),
@@ -88,7 +95,9 @@ class Proxies:
         address = parsed(remote)
         if address is None or not self._trusts(address):
             return limit_key(remote)
-        entries = _split(x_forwarded_for) or _FOR.findall(",".join(forwarded))
+        # A longer one is refused later; its end is enough here.
+        newest = [",".join(values)[-_MOST_CHARS:] for values in (x_forwarded_for, forwarded)]
+        entries = _split(newest[:1]) or _FOR.findall(newest[1])
         return _limit_key(self._walk(address, entries)[0])
 
     def _x_forwarded(self, request: web.Request, remote: Address, direct: Seen) -> Seen | None:
