@@ -24,6 +24,8 @@ LAYOUTS: Final = ((1280, 800), (900, 560), (390, 844), (844, 390))
 """A large window, the smallest that counts as one, and a phone held upright and across."""
 UPRIGHT: Final = ((320, 480), (320, 568), (360, 640))
 SMALL: Final = (*UPRIGHT, (320, 256), (400, 300), (480, 320), (800, 560))
+LETTERS_PX: Final = 24
+"""A browser's setting; 16 is usual."""
 PANELS: Final = ("People", "Settings", "Details", "Safety")
 
 STOP_IS_WHOLE: Final = """() => {
@@ -140,4 +142,22 @@ async def test_stop_is_whole_in_a_small_window(server: Server, open_viewer: Open
             await viewer.resize(*size)
             assert await viewer.page.evaluate(STOP_IS_WHOLE), (size, is_stopped)
     await viewer.release_stop()
+    await viewer.leave()
+
+
+async def test_larger_letters_leave_everything_in_its_place(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """They are as large as the browser is set to; Stop is whole, and nothing scrolls sideways."""
+    viewer = await open_viewer(server, drives=True)
+    page = viewer.page
+    devtools = await page.context.new_cdp_session(page)
+    await devtools.send("Page.setFontSizes", {"fontSizes": {"standard": LETTERS_PX}})
+    for width, height in (*LAYOUTS, *UPRIGHT):
+        where = (width, height)
+        await viewer.resize(width, height)
+        size = await page.evaluate("getComputedStyle(document.body).fontSize")
+        assert size == f"{LETTERS_PX}px"
+        assert await page.evaluate(STOP_IS_WHOLE), where
+        assert await page.evaluate("document.documentElement.scrollWidth") <= width, where
     await viewer.leave()

@@ -41,8 +41,8 @@ it("takes every distance from the scale of base.css", () => {
   expect(told(own)).toEqual([]);
 });
 
-it("takes every size of type from the scale, or from the text around it", () => {
-  const sizes = [...declarations()].filter(({ property }) => property === "font-size");
+it("takes every size of type from the scale, the text around it, or the browser's setting", () => {
+  const sizes = [...declarations()].filter(({ property }) => /^font(-size)?$/.test(property));
   expect(sizes.length).toBeGreaterThan(30);
   expect(told(sizes.filter(({ value }) => /\d(px|rem)/.test(value)))).toEqual([]);
 });
