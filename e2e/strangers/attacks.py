@@ -56,6 +56,10 @@ async def _mix(ground: Ground) -> None:
     await together(row(random.Random(ground.chance.random())) for _ in range(3))
 
 
+async def _talk(ground: Ground) -> None:
+    await together(ATTACKS[name].work(ground) for name in ("wants", "queue", "renames"))
+
+
 def _feedback(viewers: int, rate_hz: float) -> Attack:
     who = "1 viewer" if viewers == 1 else f"{viewers} viewers"
     what = f"transport feedback about 65,535 lost packets, 28 in a datagram: {who}, {rate_hz:g}/s"
@@ -106,12 +110,25 @@ ATTACKS: Final[dict[str, Attack]] = {
         "20 viewers join the queue and leave it, 5/s each",
         partial(by_channel.says, rate_hz=5, messages=by_channel.QUEUE), 20,
     ),
+    "renames": Attack(
+        "40 viewers of one address rename in step, by what is 18 characters for each",
+        partial(by_channel.renames, rate_hz=1), 40,
+    ),
+    "talk": Attack("12 viewers do these three together", _talk, 12, True),
     "junk": Attack("datagrams of nothing as fast as they can be sent", by_udp.junk),
     "pipelined": _asks("the page, 20 requests at once", 60, 1, 20_000, by_http.PAGE),
     "cookies-1": _asks("64 KB of cookies a request", 32, 1, 400, by_http.COOKIES),
     "cookies-4": _asks("64 KB of cookies a request", 128, 4, 400, by_http.COOKIES),
     "crumbs": _asks("a body of 10,000 chunks of a byte", 40, 3, 400, by_http.CRUMBS),
     "keys": _asks("a body of 7,000 unknown keys", 24, 1, 400, by_http.KEYS),
+    "releases": Attack(
+        "10 viewers who may not release a Stop ask for it, 20 requests at once, on 48 connections",
+        partial(by_http.releases, connections=48, rate_hz=20_000), 10, apart=True,
+    ),
+    "unfinished": Attack(
+        "640 connections from 12 addresses that send all of a body but its last byte",
+        partial(by_http.unfinished, connections=640, addresses=12),
+    ),
     "never-read": Attack(
         "640 connections from 12 addresses that never read",
         partial(by_http.never_read, connections=640, addresses=12),
@@ -130,7 +147,7 @@ ATTACKS: Final[dict[str, Attack]] = {
     "offers-20": _offers("50 offers a second from 20 addresses", 50, 20),
     "offers-50": _offers("200 offers a second from 50 addresses", 200, 50),
     "wide-offers": _offers("10 offers a second of five long pictures", 10, 5, wire.wide),
-    MIX: Attack("all of these, by chance", _mix, 8, True),
+    MIX: Attack("all of these, by chance", _mix, 10, True),
 }  # fmt: skip
 
 
@@ -142,6 +159,8 @@ async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intru
             while len(found) < one.viewers:
                 intruder = Intruder(port, source=source, sees=one.sees)
                 found.append(await leaving.enter_async_context(intruder))
+                if one.apart:
+                    break
     return found
 
 

@@ -18,6 +18,8 @@ WANTS: Final = [
     for size in ("640x480", "320x240", "160x120")
     for policy in ("audio-master", "video-first")
 ]
+_NAME: Final = "\ufdfa" * 20
+"""Each character is 18 others where its look is compared (NFKD)."""
 QUEUE: Final = [{"type": "join"}, {"type": "leave"}]
 
 
@@ -28,3 +30,14 @@ async def says(ground: Ground, rate_hz: float, messages: Sequence[dict[str, Any]
         with suppress(InvalidStateError):  # it was disconnected
             intruder.send(**next(spoken[intruder]))
             ground.account["messages"] += 1
+
+
+async def renames(ground: Ground, rate_hz: float) -> None:
+    """Let all of them take another name in the same moment."""
+    number = 0
+    async for _ in ground.ticks(1 / rate_hz):
+        number += 1
+        for place, intruder in enumerate(ground.intruders):
+            with suppress(InvalidStateError):
+                intruder.say(type="name", name=f"{place}-{number}{_NAME}")
+                ground.account["messages"] += 1

@@ -9,6 +9,7 @@ import time
 import uuid
 from collections import deque
 from contextlib import suppress
+from functools import partial
 from itertools import cycle
 from struct import pack, unpack
 from typing import TYPE_CHECKING, Final
@@ -19,7 +20,7 @@ from e2e.strangers.intruder import Intruder, ask
 
 if TYPE_CHECKING:
     from collections import Counter
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine, Sequence
 
     from e2e.strangers.ground import Ground
 
@@ -35,6 +36,7 @@ CRUMBS: Final = (
 """A body without a last chunk, in chunks of a byte."""
 KEYS: Final = wire.post("/api/host", b"{" + b",".join(b'"%x":1' % n for n in range(7000)) + b"}")
 """As many keys as a body has room for, all unknown."""
+_UNFINISHED: Final = wire.post("/api/offer", b"x" * 65_536)[:-1]
 _PIPELINED: Final = 20
 _WRITTEN_BYTES: Final = 262_144
 _ANSWERED_BYTES: Final = 65_536
@@ -54,11 +56,26 @@ async def pipelined(
     ground: Ground, connections: int, addresses: int, rate_hz: float, request: bytes
 ) -> None:
     """Pipeline requests on connections that stay open, and read each answer."""
-    requests = max(1, min(_PIPELINED, _WRITTEN_BYTES // len(request)))
-    each_s = requests * connections / rate_hz
+    senders = [(address(number % addresses), request) for number in range(connections)]
+    await _keep_asking(ground, senders, rate_hz)
 
-    async def one(number: int) -> None:
-        reader, writer = await _connected(ground.port, address(number % addresses))
+
+async def releases(ground: Ground, connections: int, rate_hz: float) -> None:
+    """Let each viewer, by so many connections, ask to release a Stop, which none of them may."""
+    senders: list[tuple[str, bytes]] = []
+    for intruder in ground.intruders:
+        request = wire.post("/api/release", b'{"stop": 1}', intruder.cookie)
+        senders += [(intruder.source, request)] * connections
+    await _keep_asking(ground, senders, rate_hz)
+
+
+async def _keep_asking(
+    ground: Ground, senders: Sequence[tuple[str, bytes]], rate_hz: float
+) -> None:
+    async def one(source: str, request: bytes) -> None:
+        requests = max(1, min(_PIPELINED, _WRITTEN_BYTES // len(request)))
+        each_s = requests * len(senders) / rate_hz
+        reader, writer = await _connected(ground.port, source)
         reading = asyncio.create_task(_drain(reader, ground.account))
         try:
             async for _ in ground.ticks(each_s):
@@ -72,12 +89,31 @@ async def pipelined(
             reading.cancel()
             writer.transport.abort()
 
-    async def again(number: int) -> None:
-        async for _ in ground.ticks(_AGAIN_S):
-            with suppress(OSError, TimeoutError):
-                await one(number)
+    await together(_again(ground, partial(one, *sender)) for sender in senders)
 
-    await together(again(number) for number in range(connections))
+
+async def unfinished(ground: Ground, connections: int, addresses: int) -> None:
+    """Send all but the last byte of the longest body, and wait until the connection is closed."""
+
+    async def one(source: str) -> None:
+        reader, writer = await _connected(ground.port, source)
+        try:
+            writer.write(_UNFINISHED)
+            ground.account["connected"] += 1
+            left_s = ground.until_s - time.monotonic()
+            await asyncio.wait_for(_drain(reader, ground.account), max(left_s, 0.0))
+            ground.account["closed"] += 1
+        finally:
+            writer.transport.abort()
+
+    sources = [address(number % addresses) for number in range(connections)]
+    await together(_again(ground, partial(one, source)) for source in sources)
+
+
+async def _again(ground: Ground, one: Callable[[], Coroutine[None, None, None]]) -> None:
+    async for _ in ground.ticks(_AGAIN_S):
+        with suppress(OSError, TimeoutError):
+            await one()
 
 
 async def never_read(ground: Ground, connections: int, addresses: int) -> None:

@@ -56,12 +56,13 @@ class Ground:
 
 @dataclass(frozen=True, slots=True)
 class Attack:
-    """`viewers` join before it begins, with a picture if `sees`."""
+    """`viewers` join before it begins: with a picture if `sees`, from own addresses if `apart`."""
 
     what: str
     work: Work
     viewers: int = 0
     sees: bool = False
+    apart: bool = False
 
 
 async def together(works: Iterable[Awaitable[Any]]) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
+from yarl import URL
 
 from e2e.strangers import wire
 from wax.client import Client, rtp_header
@@ -47,6 +48,7 @@ async def ask(
     *,
     source: str = "127.0.0.1",
     body: Mapping[str, Any] | None = None,
+    cookies: aiohttp.CookieJar | None = None,
     within_s: float = _ANSWER_S,
 ) -> Answer:
     """Send a request over a new connection from a loopback address."""
@@ -54,7 +56,9 @@ async def ask(
     patience = aiohttp.ClientTimeout(within_s)
     try:
         async with (
-            aiohttp.ClientSession(connector=connector, timeout=patience) as http,
+            aiohttp.ClientSession(
+                connector=connector, timeout=patience, cookie_jar=cookies
+            ) as http,
             http.request(method, f"http://127.0.0.1:{port}{path}", json=body) as said,
         ):
             return Answer(said.status, await said.read())
@@ -96,6 +100,12 @@ class Intruder(Client):
             await self._dtls._send_data(wire.sctp(association._remote_verification_tag, chunks))
 
     @property
+    def cookie(self) -> str:
+        """The header by which the server knows who it is."""
+        shown = self.cookies.filter_cookies(URL(f"http://127.0.0.1:{self.port}"))
+        return "Cookie: " + "; ".join(f"{name}={one.value}" for name, one in shown.items())
+
+    @property
     def media_address(self) -> tuple[str, int]:
         """The address that this viewer sends to: the port that all share."""
         host, port = self._dtls.transport._connection._nominated[1].remote_addr
@@ -114,7 +124,14 @@ class Intruder(Client):
         """Offer until it is admitted; raises `NoPlaceError`, or `ConnectionError` if refused."""
         for _ in range(_TRIES):
             sent = {"sdp": await self.description(), "client": self.client_id}
-            answer = await ask(self.port, "POST", "/api/offer", source=self.source, body=sent)
+            answer = await ask(
+                self.port,
+                "POST",
+                "/api/offer",
+                source=self.source,
+                body=sent,
+                cookies=self.cookies,
+            )
             if answer.is_full:
                 raise NoPlaceError(self.source)
             if answer.status not in (429, 503):
