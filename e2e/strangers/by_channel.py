@@ -39,5 +39,5 @@ async def renames(ground: Ground, rate_hz: float) -> None:
         number += 1
         for place, intruder in enumerate(ground.intruders):
             with suppress(InvalidStateError):
-                intruder.say(type="name", name=f"{place}-{number}{_NAME}")
+                intruder.send(type="name", name=f"{place}-{number}{_NAME}")
                 ground.account["messages"] += 1

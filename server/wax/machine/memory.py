@@ -21,9 +21,9 @@ _LARGE_OCTETS: Final = 512 * 1024
 """Above a raw picture of 640×480, which is allocated for each frame and should stay in the heap;
 below an encoder's buffers."""
 _READ_OCTETS: Final = 32 * 1024
-_TLS_READ_OCTETS: Final = 4096
+_TLS_READ_OCTETS: Final = 2048
 """By itself, asyncio allocates 256 KiB for each read, and keeps as much for each TLS connection.
-What TLS reads at once may be anything but HTTP, such as 150 new keys, each of which takes it 7 µs.
+What TLS reads at once may be anything but HTTP, such as 75 new keys, each of which takes it 25 µs.
 """
 
 
