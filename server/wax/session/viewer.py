@@ -49,10 +49,12 @@ _SETS_HZ: Final = 10.0
 _SETS_BURST: Final = 20
 """The page repeats a setting until it is answered, so one over the rate is only delayed."""
 _NAMES_HZ: Final = 0.5
+_WANTS_HZ: Final = 1.0
+_WANTS_BURST: Final = 8
+"""Each may ask for another rendition, whose viewers then all get a keyframe."""
 _KEYFRAMES_HZ: Final = 0.5
 _KEYFRAMES_BURST: Final = 8
-"""A browser repeats its request until a keyframe comes, and a page that asks for another rendition
-begins with one; everybody who sees that rendition pays for it."""
+"""A browser repeats its request until a keyframe comes; everybody else pays for it."""
 _MOVES_HZ: Final = 1.0
 _MOVES_BURST: Final = 2
 """A phone may change the network and change back; a page that swaps addresses without end makes
@@ -154,13 +156,17 @@ class Viewer:
         self._commands = TokenBucket(_COMMANDS_HZ, _COMMANDS_BURST)
         self._sets = TokenBucket(_SETS_HZ, _SETS_BURST)
         self._keyframes = TokenBucket(_KEYFRAMES_HZ, _KEYFRAMES_BURST)
-        self._camera_keyframes = TokenBucket(_KEYFRAMES_HZ, _KEYFRAMES_BURST)
         self._names = LastWins(weak_callback(self._ask_name), TokenBucket(_NAMES_HZ, 1))
-        self._wants = LastWins(weak_callback(self._choose_streams), self._keyframes)
-        self._looks = LastWins(weak_callback(self._choose_cameras), self._camera_keyframes)
+        self._wants = LastWins(
+            weak_callback(self._choose_streams), TokenBucket(_WANTS_HZ, _WANTS_BURST)
+        )
+        self._looks = LastWins(
+            weak_callback(self._choose_cameras), TokenBucket(_WANTS_HZ, _WANTS_BURST)
+        )
         self._moves = LastWins(
             weak_callback(self._restart_streams), TokenBucket(_MOVES_HZ, _MOVES_BURST)
         )
+        self._camera_keyframes = TokenBucket(_KEYFRAMES_HZ, _KEYFRAMES_BURST)
         self.streams = service.streams(weakref.proxy(self), sync)
 
     def update_access(self, visitor: Visitor, grant: Grant) -> None:
