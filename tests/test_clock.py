@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.control.test_control_loop import AHEAD, A, Bench
+from tests.control.rig import AHEAD, A, Bench
 
 import wax.clock
 from wax.clock import SystemClock

@@ -11,79 +11,25 @@ from typing import TYPE_CHECKING
 
 import pytest
 from structlog.testing import capture_logs
-from tests.control.rules import VOUCHED
-from tests.turned_clock import Turnable, TurnedClock
+from tests.control.rig import AGILE, AHEAD, A, B, Bench, FakeDriver, make_loop
+from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
-from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
+from wax.config.settings import DriveSettings, RobotSettings
 from wax.control.command import Command
-from wax.control.loop import ControlLoop
 from wax.control.reasons import ABOARD, Hold, Limit, Refusal, stopped_by
 from wax.control.safe_driver import NOT_CONNECTED
 from wax.control.stop_latch import LatchedStop
-from wax.control.turns import PlaceLost, TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
+from wax.control.turns import PlaceLost, TurnEnded, TurnRenewed, TurnStarted
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
+from wax.driver.interface import STANDSTILL, Aboard, RobotState, Twist
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Sequence
+    from collections.abc import AsyncIterator, Callable
 
-    from wax.config.controls import ControlSettings, GaugeSettings
-    from wax.control.gate import Setpoint
+    from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
-
-A, B = 1, 2
-AHEAD = Twist(0.5, 0.0)
-AGILE = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=100.0)
-"""A robot that reaches any speed within one tick."""
-
-
-class FakeDriver:
-    """Records every call; raises from the methods named in `broken`."""
-
-    kind = "fake"
-    limits = Limits(linear_mps=0.5, angular_rps=1.0, axes=("pan",))
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[object, ...]] = []
-        self.applied_s: list[float] = []
-        self.now = RobotState(connected=True, epoch=1)
-        self.broken: set[str] = set()
-        self.called = asyncio.Event()
-
-    def _note(self, name: str, *arguments: object) -> None:
-        self.calls.append((name, *arguments))
-        if name == "apply":
-            self.applied_s.append(SystemClock().now_s())
-        self.called.set()
-        if name in self.broken:
-            raise OSError(f"{name} failed")
-
-    def open(self) -> None:
-        self._note("open")
-
-    def apply(self, twist: Twist, turn: int) -> None:
-        self._note("apply", twist, turn)
-
-    def set_axis(self, name: str, position: float, turn: int) -> None:
-        self._note("set_axis", name, position, turn)
-
-    def stop(self, turn: int) -> None:
-        self._note("stop", turn)
-
-    def close(self) -> None:
-        self._note("close")
-
-    def state(self) -> RobotState:
-        if "state" in self.broken:
-            raise OSError("state failed")
-        return self.now
-
-    def take(self) -> list[tuple[object, ...]]:
-        """Return the calls since the last time."""
-        calls, self.calls = self.calls, []
-        return calls
 
 
 class FakeChair(FakeDriver):
@@ -93,133 +39,6 @@ class FakeChair(FakeDriver):
 
     def tell_passenger(self, *, is_operated: bool) -> None:
         self.is_operated = is_operated
-
-
-class Bench:
-    """A control loop with everything around it."""
-
-    def __init__(
-        self,
-        *,
-        turn_s: float = 60.0,
-        grace_s: float = 3.0,
-        ready_s: float = 0.0,
-        limits: Limits = FakeDriver.limits,
-        robot: RobotSettings = AGILE,
-        max_stop_distance_m: float = 1.0,
-        clock: Turnable | None = None,
-        driver: FakeDriver | None = None,
-        controls: Sequence[ControlSettings] = (),
-        gauges: Sequence[GaugeSettings] = (),
-    ) -> None:
-        self.clock: Turnable = clock or TurnedClock()
-        self.driver = driver or FakeDriver()
-        self.driver.limits = limits
-        self.turns = Turns(TurnSettings(turn_s=turn_s, grace_s=grace_s, ready_s=ready_s))
-        self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
-        self.events: list[TurnEvent] = []
-        self.calls_before_event: list[tuple[object, ...]] = []
-        self.statuses: list[tuple[int, bool, Sentence | None]] = []
-        self.shares: list[float] = []
-        self.listened: list[tuple[object, ...]] = []
-        self.calls_before_steered: list[tuple[object, ...]] = []
-        self.seq = 0
-        self.has_picture = True
-        self.asked_what_they_see: set[int] = set()
-        self.camera_fails = False
-        self.max_fraction = 1.0
-        self.on_hold: Sentence | None = None
-        self.loop = ControlLoop(
-            clock=self.clock,
-            turns=self.turns,
-            driver=self.driver,
-            settings=DriveSettings(
-                loop_hz=50.0,
-                max_age_ms=150.0,
-                slow_fraction=0.5,
-                max_stop_distance_m=max_stop_distance_m,
-            ),
-            robot=robot,
-            link_delay_s=self.delays_s.get,
-            sees=self._sees,
-            camera_fails=lambda: self.camera_fails,
-            picture_clock=lambda: VOUCHED,
-            on_hold=lambda: self.on_hold,
-            max_fraction=lambda _: self.max_fraction,
-            on_events=self._on_events,
-            on_status=self._hear,
-            listener=self,
-            controls=controls,
-            gauges=gauges,
-        )
-
-    def command_handled(
-        self, viewer: int, command: Command, refusal: Refusal | None, now_s: float
-    ) -> None:
-        self.listened.append(("offered", viewer, command.seq, refusal))
-
-    def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
-        self.listened.append(("steered", wanted.twist, sent, turn))
-        self.calls_before_steered = list(self.driver.calls)
-
-    def _sees(self, viewer: int) -> bool:
-        self.asked_what_they_see.add(viewer)
-        return self.has_picture
-
-    def _hear(self, viewer: int, moving: bool, reason: Sentence | None, share: float) -> None:
-        self.statuses.append((viewer, moving, reason))
-        self.shares.append(share)
-
-    def _on_events(self, events: tuple[TurnEvent, ...]) -> None:
-        self.events += events
-        self.calls_before_event = list(self.driver.calls)
-
-    def step(self, after_s: float = 0.02) -> list[tuple[object, ...]]:
-        """Run one step after this time; return the driver's calls in it."""
-        self.driver.take()
-        self.clock.time_s += after_s
-        self.loop.step(self.clock.time_s)
-        return self.driver.take()
-
-    def command(self, linear: float = 0.0) -> Command:
-        self.seq += 1
-        return Command(
-            seq=self.seq,
-            turn=self.turns.number,
-            sent_s=self.clock.time_s,
-            linear=linear,
-            angular=0.0,
-            held=linear != 0,
-            speed="fast",
-            seen_s=self.clock.time_s,
-            heard_s=self.clock.time_s,
-        )
-
-    def offer(self, linear: float = 0.0, *, viewer: int = A) -> Refusal | None:
-        return self.loop.handle_command(viewer, self.command(linear))
-
-    def pan(self, position: float, *, held: bool = True) -> Refusal | None:
-        """Offer a command that names an axis, and asks for no other motion."""
-        command = replace(self.command(), held=held, axes={"pan": position})
-        return self.loop.handle_command(A, command)
-
-    def enter(self, *viewers: int) -> None:
-        for viewer in viewers:
-            self.loop.connect(viewer)
-            self.loop.join(viewer)
-
-    def drive(self, *, viewer: int = A) -> None:
-        """Let the operator release everything, then drive ahead, and check that the robot moves."""
-        assert self.offer(viewer=viewer) is None
-        self.step()
-        assert self.offer(1.0, viewer=viewer) is None
-        assert ("apply", AHEAD, self.turns.number) in self.step()
-
-    def moves(self) -> bool:
-        """Whether the robot moves after a fresh attempt to drive without letting go first."""
-        self.step()
-        self.offer(1.0, viewer=self.turns.operator or A)
-        return ("apply", AHEAD, self.turns.number) in self.step()
 
 
 @pytest.fixture
@@ -1250,19 +1069,11 @@ def live(
     """Make a loop on the real clock."""
     slow = DriveSettings(max_age_ms=max_age_ms, max_command_age_ms=2000.0, max_stop_distance_m=10.0)
     settings = slow.model_copy(update={"loop_hz": loop_hz})
-    return ControlLoop(
-        clock=SystemClock(),
-        turns=Turns(TurnSettings()),
-        driver=driver,
+    return make_loop(
+        SystemClock(),
+        driver,
         settings=settings,
-        robot=AGILE,
         link_delay_s=lambda _: one_way_s,
-        sees=lambda _: True,
-        camera_fails=lambda: False,
-        picture_clock=lambda: VOUCHED,
-        on_hold=lambda: None,
-        max_fraction=lambda _: 1.0,
-        on_events=lambda _: None,
         on_status=on_status,
     )
 

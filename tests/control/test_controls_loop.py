@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.control.test_control_loop import A, B, Bench, FakeDriver
+from tests.control.rig import A, B, Bench, FakeDriver
 
 from wax.config.controls import ControlSettings, GaugeSettings
 from wax.control.controls import Operation

@@ -17,13 +17,12 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import pytest
-from tests.control.rules import VOUCHED
+from tests.control.rig import make_loop
 from tests.examples import share_of
 from tests.turned_clock import TurnedClock
 
-from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
+from wax.config.settings import DriveSettings, TurnSettings
 from wax.control.command import Command
-from wax.control.loop import ControlLoop
 from wax.control.turn_time import MAX_PAUSE_S
 from wax.control.turns import TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.driver.interface import Limits, RobotState, Twist
@@ -35,8 +34,6 @@ CROWD: Final = 6
 ONE_WAY_S: Final = 0.05
 TTL_S: Final = 0.15 + ONE_WAY_S
 LIMITS: Final = Limits(linear_mps=0.4, angular_rps=1.0, ttl_s=0.2)
-AGILE: Final = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=100.0)
-"""A robot that reaches any speed within one tick, so that a command's speed shows at once."""
 
 
 @dataclass(frozen=True)
@@ -95,20 +92,13 @@ class Crowd:
         self.clock = TurnedClock()
         self.driver = Log(self.clock)
         self.turns = Turns(TurnSettings(turn_s=TURN_S, grace_s=GRACE_S))
-        self.loop = ControlLoop(
-            clock=self.clock,
+        self.loop = make_loop(
+            self.clock,
+            self.driver,
             turns=self.turns,
-            driver=self.driver,
             settings=DriveSettings(max_stop_distance_m=10.0),
-            robot=AGILE,
             link_delay_s=lambda _: ONE_WAY_S,
-            sees=lambda _: True,
-            camera_fails=lambda: False,
-            picture_clock=lambda: VOUCHED,
-            on_hold=lambda: None,
-            max_fraction=lambda _: 1.0,
             on_events=self._on_events,
-            on_status=lambda *_: None,
         )
         self.here: list[int] = []
         self.newest_viewer = 0

@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 import pytest
-from tests.session.test_room_updates import line, room
+from tests.session.room_states import line, room
 
 from wax.control import reasons
 from wax.protocol import messages, room_change

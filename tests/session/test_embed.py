@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
 
 import pytest
-from tests.session.test_room import OFFER, FakePeer, Rig
+from tests.session.rig import OFFER, FakePeer, Rig
 from tests.visitors import visitor
 
 from wax.access.admission import Visitor
 from wax.errors import NoPlaceError
 from wax.protocol import messages
-from wax.session import entry as entry_module
 from wax.session.host_decisions import HostDecisions
 
 if TYPE_CHECKING:
@@ -46,9 +45,7 @@ ASKED: dict[str, dict[str, Any]] = {
 
 
 @pytest.fixture
-def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+def rig() -> Rig:
     camera = {"name": "Arm", "source": "testcard"}
     controls = [{"name": "lamp", "kind": "toggle", "moves": False, "roles": ["observer"]}]
     return Rig({"server": {"max_viewers": 9}, "camera": [camera], "controls": controls})
@@ -139,7 +136,6 @@ async def test_all_embeds_together_have_a_share_of_the_places(rig: Rig) -> None:
     assert second.last("ended")["text"]["code"] == "door.embeds_full"
 
 
-@pytest.mark.usefixtures("rig")
 async def test_an_embed_leaves_a_narrow_upload_to_guests() -> None:
     """When the upload carries no more, the oldest embed is sent away with the reason."""
     narrow = Rig({"network": {"upload_bps": 60_000}})
@@ -151,7 +147,6 @@ async def test_an_embed_leaves_a_narrow_upload_to_guests() -> None:
     assert narrow.names() == ["Guest 2"]
 
 
-@pytest.mark.usefixtures("rig")
 async def test_an_embed_never_drives_even_where_everybody_queues() -> None:
     """Even where every newcomer gets a place in the queue, an embed gets none."""
     rig = Rig({"turns": {"join": "auto"}})

@@ -6,15 +6,14 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from tests.session.test_room import FakePeer, Rig
-from tests.session.test_viewer import _scene
+from tests.session.rig import FakePeer, Rig
+from tests.session.viewer_rig import connect
 
 from wax.config.controls import ControlSettings, GaugeSettings
 from wax.control.controls import Operation
 from wax.control.reasons import Refusal
 from wax.driver.interface import RobotState
 from wax.protocol.messages import MAX_DRIVE_BYTES
-from wax.session import entry as entry_module
 from wax.session import equipment
 
 if TYPE_CHECKING:
@@ -31,9 +30,7 @@ GAUGES: list[dict[str, Any]] = [
 
 
 @pytest.fixture
-def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+def rig() -> Rig:
     rig = Rig({"controls": CONTROLS, "gauges": GAUGES})
     rig.robot.gauges = {"heat": 20.4, "secret": 1.0}
     return rig
@@ -152,7 +149,7 @@ def _row(seq: int = 1, held: object = None, wanted: object = None) -> str:
 
 def test_an_operation_is_passed_on() -> None:
     """Its time becomes seconds, and all else stays the same."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.received("drive", _row(held={"horn": 1}, wanted={"lamp": 0}))
     assert connected.room.calls[1:] == [("operate", Operation(1, 3, 5.0, {"horn": 1}, {"lamp": 0}))]
     assert ("drive", ["operated", 1, None]) in connected.room.sent
@@ -161,7 +158,7 @@ def test_an_operation_is_passed_on() -> None:
 @pytest.mark.parametrize("refusal", Refusal)
 def test_an_operation_that_was_only_late_is_not_answered(refusal: Refusal) -> None:
     """The page repeats it; every other refusal is final and has a sentence."""
-    connected = _scene()
+    connected = connect()
     connected.room.refusal = refusal
     connected.viewer.received("drive", _row(wanted={"lamp": 0}))
     late = {Refusal.OUT_OF_ORDER, Refusal.TOO_OLD, Refusal.TOO_SLOW, Refusal.FROM_FUTURE}
@@ -173,7 +170,7 @@ def test_an_operation_that_was_only_late_is_not_answered(refusal: Refusal) -> No
 
 def test_settings_are_accepted_at_a_bounded_rate() -> None:
     """Nobody can make the robot's lights flicker; holding and releasing always count."""
-    connected = _scene()
+    connected = connect()
     for seq in range(1000):
         connected.clock.time_s += 0.02
         connected.viewer.received("drive", _row(seq, wanted={"lamp": seq % 2}))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 import numpy as np
 import pytest
 from structlog.testing import capture_logs
-from tests.session.test_room import FakePeer, Rig
+from tests.session.rig import FakePeer, Rig, fake_peers
 from tests.turned_clock import TurnedClock
 from tests.visitors import EVERYTHING, TAB, visitor
 
@@ -25,7 +25,6 @@ from wax.encode.encoded import EncodedPicture
 from wax.error_boundary import ErrorBoundary
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
-from wax.session import entry as entry_module
 from wax.session.status import Status
 from wax.session.viewer import Viewer
 from wax.streams.interface import MessageRate
@@ -107,8 +106,7 @@ class Later(FakePeer):
 
 @pytest.fixture
 def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", Later)
+    fake_peers(monkeypatch, Later)
     return Rig({"turns": {"turn_s": 5.0}, "sync": {"operator": {"policy": "video-first"}}})
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.session.test_room import OFFER, Rig, rig
+from tests.session.rig import OFFER, Rig
 from tests.visitors import TAB, visitor
 
 from wax.access.access import Shown
@@ -16,9 +16,7 @@ from wax.session.host_acts import REMOVED
 from wax.session.host_decisions import BLANKED
 
 if TYPE_CHECKING:
-    from tests.session.test_room import FakePeer
-
-__all__ = ["rig"]
+    from tests.session.rig import FakePeer
 
 
 @pytest.fixture

@@ -5,27 +5,22 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel
-from tests.session.test_room import FakePeer, Rig, rig
+from tests.session.rig import Rig
 
 from wax.access.permissions import PERMISSIONS, may
 from wax.driver.interface import Twist
 from wax.errors import ForbiddenError
 from wax.house.commands import NAMES, ReleaseAt, parse
 from wax.protocol import messages
-from wax.session import entry as entry_module
-
-__all__ = ["rig"]
 
 STOP = messages.Stop(type="stop")
 
 
 @pytest.fixture
-def releasing(monkeypatch: pytest.MonkeyPatch) -> Rig:
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+def releasing() -> Rig:
     return Rig({"mqtt": {"release": True}})
 
 
@@ -110,15 +105,11 @@ SAID = st.tuples(
 ).map(lambda said: parse(*said))
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.booleans(), st.lists(SAID | st.sampled_from(OTHERS), max_size=20))
-def test_nothing_it_says_drives(
-    monkeypatch: pytest.MonkeyPatch, releases: bool, said: list[Any]
-) -> None:
+def test_nothing_it_says_drives(releases: bool, said: list[Any]) -> None:
     """In any mix of acts no turn begins, nothing moves, and a Stop lasts unless releasing is
     configured.
     """
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
     one = Rig({"mqtt": {"release": releases}})
     is_stopped = False
     for act in filter(None, said):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from tests.session.test_room import Rig, rig
+from typing import TYPE_CHECKING
 
 from wax.config.controls import GaugeSettings
 from wax.config.settings import Settings
 from wax.house.discovery import published_topics
 from wax.session.house_states import house_states
 
-__all__ = ["rig"]
+if TYPE_CHECKING:
+    from tests.session.rig import Rig
 
 
 async def test_the_room_as_states(rig: Rig) -> None:

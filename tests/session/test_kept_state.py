@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from structlog.testing import capture_logs
-from tests.session.test_room import FakePeer, Rig
+from tests.session.rig import Rig
 from tests.until import until
 
 from wax import state_dir
 from wax.control.stop_latch import LatchedStop
 from wax.protocol import messages
-from wax.session import entry as entry_module
 from wax.session import kept_state
 from wax.session.kept_state import FILE, KeptFile, KeptState
 from wax.session.stop_budget import BEFORE, HOST, HOUSE
@@ -26,12 +25,6 @@ if TYPE_CHECKING:
     from wax.house.commands import HouseAct
     from wax.protocol.events import StopRole
     from wax.sentence import Sentence
-
-
-@pytest.fixture(autouse=True)
-def _fake_peers(monkeypatch: pytest.MonkeyPatch) -> None:
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
 
 
 def started(folder: Path, **tables: Any) -> Rig:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
-from tests.session.test_room import OFFER, FakePeer, Rig
-from tests.session.test_session_rooms import Rooms
+from tests.session.rig import OFFER, FakeCluster, FakePeer, Rig
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, visitor
 
 from wax.errors import ForbiddenError, WaxError
-from wax.session import entry as entry_module
 
 if TYPE_CHECKING:
     from wax.access.admission import Visitor
-    from wax.cluster.cluster import Cluster
 
 pytestmark = pytest.mark.usefixtures("_world")
 
@@ -28,16 +25,14 @@ GUESTS_ONLY = {"access": {"strangers_queue": False, "strangers_hear": False}}
 
 @pytest.fixture(scope="module")
 def _world() -> Any:
-    FakePeer.made = []
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(entry_module, "Peer", FakePeer)
         # Invitations expire by the time of day.
         patched.setattr(TurnedClock, "wall_ms", lambda clock: round(clock.time_s * 1000))
         yield
 
 
 def make(tree: dict[str, Any]) -> Rig:
-    return Rig(tree, cast("Cluster", Rooms()))
+    return Rig(tree, FakeCluster())
 
 
 @pytest.mark.parametrize("join", ["ask", "auto"])
@@ -78,9 +73,9 @@ async def test_an_expired_invitation_ends_place_turn_and_sound() -> None:
 
 async def test_nobody_waits_in_a_room_where_there_are_no_rooms() -> None:
     """Such a wait would be by HTTP alone, which the page of such a robot never does."""
-    rooms = Rooms()
+    rooms = FakeCluster()
     rooms.is_used = False
-    rig = Rig({}, cast("Cluster", rooms))
+    rig = Rig({}, rooms)
     with pytest.raises(ForbiddenError, match="join the queue there"):
         rig.room.rooms.queue(visitor("eve-1111"), TAB, "join")
     assert len(rig.viewers) == 0

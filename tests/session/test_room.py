@@ -9,301 +9,29 @@ import math
 import weakref
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
-from tests.control.rules import VOUCHED
-from tests.heard_events import Heard
-from tests.rtc.networks import network
-from tests.turned_clock import TurnedClock
-from tests.visitors import TAB, make_access, visitor
+from tests.session.rig import OFFER, FakePeer, Rig, Robot
+from tests.visitors import TAB, visitor
 
-from wax.access.access import Shown
 from wax.access.admission import CLOSED
-from wax.cluster.cluster import Cluster
-from wax.config.settings import Settings
-from wax.control.loop import ControlLoop
 from wax.control.reasons import ABOARD
-from wax.control.turns import Turns
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import (
     STANDSTILL,
     Aboard,
-    ControlValue,
-    Limits,
     OwnView,
-    RobotState,
     Twist,
 )
 from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError
 from wax.fanout.batches import PORTION
-from wax.fanout.sound_hub import SoundHub
-from wax.fanout.video_hub import VideoHub
-from wax.protocol import room_change
-from wax.records.records import Records
 from wax.sentence import Sentence, says
-from wax.session import entry as entry_module
 from wax.session import room as room_module
-from wax.session.host_decisions import HostDecisions
-from wax.session.kept_state import KeptFile
-from wax.session.page_messages import PageMessages
-from wax.session.record_keeper import RecordKeeper
 from wax.session.room import Room
-from wax.session.viewers import Viewers
-from wax.streams.live import LiveService
-from wax.telemetry import Counters
 
 if TYPE_CHECKING:
-    from wax.capture.source import Picture
-    from wax.capture.source_thread import SourceThread
-    from wax.rtc.peer import Peer, PeerEvents
-
-
-OFFER = "\n".join(
-    [
-        "v=0",
-        "m=audio 9 x 111",
-        "a=rtpmap:111 opus/48000/2",
-        "m=video 9 x 96",
-        "a=rtpmap:96 VP8/90000",
-        "m=application 9 x 0",
-    ]
-)
-
-
-class Robot:
-    """A driver that records what it is told."""
-
-    kind = "noted"
-    limits = Limits(1.0, 2.0, ("pan",), controls=("lamp", "horn"))
-
-    def __init__(self) -> None:
-        self.told: list[object] = []
-        self.problem: str | None = None
-        self.is_broken = False
-        self.aboard: Aboard | None = None
-        self.gauges: dict[str, float] = {}
-        self.ttl_s: float | None = None
-
-    def open(self) -> None: ...
-
-    def apply(self, twist: Twist, turn: int) -> None:
-        self.told.append(twist)
-
-    def set_axis(self, name: str, position: float, turn: int) -> None: ...
-
-    def control(self, name: str, value: ControlValue, turn: int) -> None:
-        self.told.append((name, value))
-
-    def stop(self, turn: int) -> None:
-        self.told.append("stop")
-
-    def close(self) -> None: ...
-
-    def state(self) -> RobotState:
-        if self.is_broken:
-            raise OSError("no bus")
-        return RobotState(
-            connected=self.problem is None,
-            problem=self.problem,
-            aboard=self.aboard,
-            gauges=self.gauges,
-            ttl_s=self.ttl_s,
-        )
-
-
-class Camera:
-    """A capture that fails and recovers when told."""
-
-    problem: Sentence | None = None
-
-
-class FakePeer:
-    """Stands in for a peer: opens at once, and records what is sent."""
-
-    made: list[FakePeer]
-
-    def __init__(self, *, events: PeerEvents, **_: Any) -> None:
-        self.events = events
-        self.sent: list[dict[str, Any]] = []
-        self.rows: list[list[Any]] = []
-        self.room: dict[str, Any] = {}
-        self.beat: str | None = None
-        self.newest_picture_s = math.inf
-        self.is_alive = True
-        FakePeer.made.append(self)
-
-    async def answer(self, offer: str) -> str:
-        return f"answer to {offer}"
-
-    def send(self, channel: Literal["drive", "state"], text: str) -> None:
-        message = json.loads(text)
-        if channel == "drive":
-            self.rows.append(message)
-            self.beat = message[-1] if message[0] in ("pong", "beat") else self.beat
-            return
-        if message["type"] == "room_change":
-            message = room_change.applied(self.room, message)
-        if message["type"] == "room":
-            self.room = message
-        self.sent.append(message)
-
-    def hold_back(self, least_ms: float) -> bool:  # its browser cannot
-        return False
-
-    def abandon(self) -> None:
-        if self.is_alive:
-            self.is_alive = False
-            self.events.closed(cast("Peer", self))
-
-    async def close(self) -> None:
-        self.abandon()
-
-    def open(self) -> None:
-        self.events.connected()
-        self.events.ready()
-
-    def pings(self) -> None:
-        """Send a ping, and get the beat in its pong."""
-        self.events.received("drive", '["ping",1,0,null,null]')
-
-    def says(self, **message: object) -> None:
-        self.events.received("state", json.dumps(message))
-
-    def last(self, kind: str) -> dict[str, Any]:
-        return next(m for m in reversed(self.sent) if m["type"] == kind)
-
-
-class Rig:
-    """A server with everything real but peers, robot and time."""
-
-    def __init__(self, tree: dict[str, Any], cluster: Cluster | None = None) -> None:
-        settings = Settings.model_validate(tree)
-        self.clock = TurnedClock()
-        self.robot = Robot()
-        turns = self.turns = Turns(settings.turns)
-        self.camera = Camera()
-        self.counters = Counters()
-        service = LiveService(
-            clock=self.clock,
-            video_settings=settings.video,
-            audio_settings=settings.audio,
-            video=VideoHub(settings=settings.video, clock=self.clock),
-            audio=SoundHub(),
-            upload_bps=settings.network.upload_bps,
-        )
-        self.decisions = HostDecisions()
-        self.picture_clock = VOUCHED
-        self.records = Records(self.clock)
-        self.access = make_access(self.records, self.clock, settings.access)
-        self.viewers = Viewers(
-            sync=settings.sync, turns=turns, has_camera=True, decisions=self.decisions
-        )
-        self.heard = Heard(self.clock)
-        self.keeper = RecordKeeper(
-            records=self.records,
-            clock=self.clock,
-            viewers=self.viewers,
-            refused=self.counters.snapshot,
-            event_maker=self.heard.event_maker,
-        )
-        self.loop = ControlLoop(
-            clock=self.clock,
-            turns=turns,
-            driver=self.robot,
-            settings=settings.drive,
-            robot=settings.robot,
-            link_delay_s=self.viewers.link_delay_s,
-            sees=self.viewers.sees,
-            camera_fails=lambda: False,
-            picture_clock=lambda: self.picture_clock,
-            on_hold=lambda: self.decisions.on_hold,
-            max_fraction=self.viewers.max_fraction,
-            on_events=self.viewers.turn_events,
-            on_status=self.viewers.drive_status,
-            controls=settings.controls,
-            gauges=settings.gauges,
-        )
-        self.has_way_in = self.has_time = True
-        self.kept = KeptFile(settings.server.state_dir)
-        self.room = Room(
-            settings=settings,
-            clock=self.clock,
-            counters=self.counters,
-            service=service,
-            turns=turns,
-            viewers=self.viewers,
-            control=self.loop,
-            page_messages=PageMessages(
-                settings=settings,
-                service=service,
-                driver=self.robot,
-                turns=turns,
-                captures={"video": cast("SourceThread[Picture]", self.camera)},
-                picture_clock=lambda: self.picture_clock,
-                access=self.access,
-                decisions=self.decisions,
-                has_way_in=lambda: self.has_way_in,
-            ),
-            access=self.access,
-            decisions=self.decisions,
-            kept=self.kept,
-            records=self.records,
-            keeper=self.keeper,
-            network=network(),
-            cluster=cluster or Cluster(clock=self.clock, counters=self.counters),
-            has_time=lambda _: self.has_time,
-        )
-
-    async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
-        sign_in = self.sign_in() if is_host else ""
-        await self.room.answer(replace(visitor(client), sign_in=sign_in), TAB, OFFER)
-        FakePeer.made[-1].open()
-        FakePeer.made[-1].pings()
-        return FakePeer.made[-1]
-
-    def sign_in(self) -> str:
-        """Sign in as the host, by a link of its own."""
-        cookie = self.access.become_host(self.access.new_host_link())
-        return self.access.visitor(Shown(host=cookie), "192.0.2.1").sign_in
-
-    def wait(self, seconds: float, *alive: FakePeer) -> None:
-        """Let time pass in steps; the pages in `alive` send pings."""
-        for _ in range(round(seconds * 10)):
-            self.clock.time_s += 0.1
-            for peer in alive:
-                peer.pings()
-            self.loop.step(self.clock.time_s)
-            self.round()
-
-    def round(self) -> None:
-        """Let the room run a whole round at once."""
-        for _ in self.room.round(self.clock.time_s):
-            pass
-
-    def drive(self, peer: FakePeer, seq: int, *, linear: float) -> None:
-        """Let a page send a set-point at this moment, in the turn that runs."""
-        turn = self.room.snapshot(self.clock.time_s).turn.number
-        now_ms = self.clock.time_s * 1000
-        hands = [linear, 0.0, linear != 0, "fast"]
-        row = ["drive", seq, turn, now_ms, *hands, now_ms, {}, peer.beat]
-        peer.events.received("drive", json.dumps(row))
-
-    def names(self) -> list[str]:
-        return [line.name for line in self.room.snapshot(self.clock.time_s).viewers]
-
-
-@pytest.fixture
-def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
-    return Rig(
-        {
-            "turns": {"turn_s": 5.0},
-            "server": {"max_viewers": 2, "public_url": "https://robot.example.org"},
-            "sync": {"operator": {"policy": "video-first"}},
-        }
-    )
+    from wax.rtc.peer import Peer
 
 
 @pytest.mark.parametrize(
@@ -352,7 +80,6 @@ async def test_everybody_is_told_that_nobody_new_can_come(rig: Rig) -> None:
     assert ada.last("room")["no_way_in"] is None
 
 
-@pytest.mark.usefixtures("rig")
 async def test_a_newcomer_reads_whose_robot_this_is() -> None:
     """Name, sentence, rules and links come as the host wrote them."""
     link = {"text": "Us", "url": "https://example.org/us"}
@@ -361,7 +88,6 @@ async def test_a_newcomer_reads_whose_robot_this_is() -> None:
     assert ada.last("hello")["page"] == page
 
 
-@pytest.mark.usefixtures("rig")
 async def test_a_newcomer_is_told_how_the_camera_sees_the_floor() -> None:
     """The greeting has the host's measurements, or none."""
     ada = await Rig({}).enter("ada-1111")
@@ -375,7 +101,6 @@ async def test_a_newcomer_is_told_how_the_camera_sees_the_floor() -> None:
     assert robot["width_m"] == 0.25
 
 
-@pytest.mark.usefixtures("rig")
 async def test_a_robots_own_view_is_not_sent_for_a_turned_picture(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -386,7 +111,6 @@ async def test_a_robots_own_view_is_not_sent_for_a_turned_picture(
         assert (ada.last("hello")["robot"]["camera"] is not None) is known
 
 
-@pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize("soft", [False, True])
 async def test_a_newcomer_is_told_whether_the_robot_brakes_softly(soft: bool) -> None:
     """The greeting has what is configured."""
@@ -395,7 +119,6 @@ async def test_a_newcomer_is_told_whether_the_robot_brakes_softly(soft: bool) ->
     assert ada.last("hello")["on_loss"]["soft_braking"] is soft
 
 
-@pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize(("drive", "may"), [({}, False), ({"click_to_move": True}, True)])
 async def test_a_newcomer_is_told_whether_clicks_may_move_the_robot(
     drive: dict[str, bool], may: bool
@@ -522,7 +245,6 @@ async def test_a_full_house_says_so(rig: Rig) -> None:
     assert len(rig.names()) == 2
 
 
-@pytest.mark.usefixtures("rig")
 async def test_a_full_upload_refuses_only_new_guests() -> None:
     """A newcomer who cannot get a picture is refused with a sentence; others may return."""
     rig = Rig({"network": {"upload_bps": 60_000}})
@@ -534,7 +256,6 @@ async def test_a_full_upload_refuses_only_new_guests() -> None:
     assert len(rig.names()) == 2
 
 
-@pytest.mark.usefixtures("rig")
 async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
     """The operator must not wait for one more viewer; a late event loop alone refuses nobody."""
     rig = Rig({})
@@ -553,7 +274,6 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
     await rig.enter("eve-1111")
 
 
-@pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize("who", ["in a room", "lost", "silent"])
 async def test_only_viewers_served_here_count_among_the_dozen(who: str) -> None:
     """Others, in a LiveKit room, gone or not connected yet, cost this machine next to nothing."""
@@ -607,7 +327,6 @@ async def test_an_observer_may_be_silent_for_longer(rig: Rig) -> None:
     assert bob.is_alive
 
 
-@pytest.mark.usefixtures("rig")
 async def test_a_closed_page_is_forgotten_after_the_grace_time() -> None:
     """A closed page keeps its place for the grace time, then it is free."""
     rig = Rig({})
@@ -783,8 +502,7 @@ async def test_an_embed_has_no_role_by_its_tab(rig: Rig) -> None:
     assert rig.room.by_tab(nobody, "") is nobody
 
 
-@pytest.mark.usefixtures("rig")
-async def test_only_the_operator_stops_where_so_configured(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_only_the_operator_stops_where_so_configured() -> None:
     """By either way, an observer's Stop is refused and the host's is not."""
     closed = Rig({"stop": {"by": "operator"}})
     ada, bob = await closed.enter("ada-1111"), await closed.enter("bob-1111")
@@ -851,10 +569,8 @@ async def test_the_robots_watchdog_time_is_passed_on(rig: Rig) -> None:
         assert ada.last("room")["robot"]["ttl_ms"] == ttl_ms
 
 
-async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_everybody_is_told_of_the_person_aboard() -> None:
     """Everybody reads whether they drive, and what they ask for."""
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
     rig = Rig({"local": {"source": "serial"}})
     ada = await rig.enter("ada-1111")
     rig.wait(0.2, ada)
@@ -979,7 +695,6 @@ async def test_of_two_offers_at_once_the_later_wins(rig: Rig) -> None:
     assert len(rig.viewers) == 1
 
 
-@pytest.mark.usefixtures("rig")
 async def test_everybody_queues_where_it_is_so_configured() -> None:
     """With `join = "auto"` the first to enter drives and the next waits (thesis 4.3)."""
     everybody = Rig({"turns": {"join": "auto"}})
@@ -1061,7 +776,6 @@ def _by(name: str) -> dict[str, Any]:
     return Sentence("by.named", {"name": name}).wire()
 
 
-@pytest.mark.usefixtures("rig")
 async def test_deferred_names_are_compared_one_per_step() -> None:
     """Many names changed at the same time are compared one per step of the event loop."""
     rig = Rig({})
@@ -1080,7 +794,6 @@ async def test_deferred_names_are_compared_one_per_step() -> None:
         await asyncio.sleep(0)
 
 
-@pytest.mark.usefixtures("rig")
 async def test_a_change_is_sent_to_a_few_per_step() -> None:
     """The host's console is made in parts, too; all get the same change, and it is complete."""
     rig = Rig({})
@@ -1108,7 +821,6 @@ async def test_a_change_is_sent_to_a_few_per_step() -> None:
         assert "Ada" in [line["name"] for line in peer.last("room")["viewers"]]
 
 
-@pytest.mark.usefixtures("rig")
 async def test_closing_sends_a_few_away_per_step() -> None:
     """In the end everybody is sent away, except viewers who have left meanwhile."""
     rig = Rig({})

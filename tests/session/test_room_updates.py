@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.session.room_states import line, room
 
 from wax.protocol import messages, room_change
 from wax.sentence import says
@@ -22,41 +23,6 @@ ROUND_S = 0.05
 def _sent(update: messages.RoomChange) -> dict[str, Any]:
     found: dict[str, Any] = json.loads(room_change.text_of(update))
     return found
-
-
-def line(number: int, **more: Any) -> messages.ViewerInfo:
-    known: dict[str, Any] = {
-        "id": number,
-        "name": f"Guest {number} of some length"[: messages.MAX_NAME_CHARS],
-        "role": "observer",
-        "place": None,
-        "wait_s": None,
-        "lost": False,
-        "host": False,
-    }
-    return messages.ViewerInfo(**known | more)
-
-
-def room(*viewers: messages.ViewerInfo, **more: Any) -> messages.RoomState:
-    known: dict[str, Any] = {
-        "viewers": list(viewers),
-        "turn": messages.TurnInfo(
-            number=1, operator=1, ends_server_ms=123_456.7, stands_left_ms=None
-        ),
-        "stop": None,
-        "robot": messages.RobotStatus(
-            connected=True, problem=None, bumpers=0, battery_v=7.4, battery_fraction=None
-        ),
-        "call": None,
-        "host_settings": messages.HostSettings(
-            held=False, locked=False, blanked=False, message="", max_fraction=1.0
-        ),
-        "video": messages.ViewStatus(problem=None),
-        "audio": messages.SourceStatus(problem=None),
-        "tape": None,
-        "aboard": None,
-    }
-    return messages.RoomState(**known | more)
 
 
 rooms = st.builds(

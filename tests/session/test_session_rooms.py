@@ -4,73 +4,39 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import pytest
-from tests.session.test_room import OFFER, FakePeer, Rig
+from tests.session.rig import OFFER, FakeCluster, FakePeer, Rig
 from tests.visitors import TAB, visitor
 
 from wax.access.admission import BANNED, CLOSED
-from wax.cluster.cluster import Cluster, RoomSeat
-from wax.cluster.room_directory import Occupancy, choose, person
+from wax.cluster.room_directory import person
 from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
-from wax.session import entry as entry_module
 from wax.session.host_acts import REMOVED
 from wax.session.room_seats import SEAT_S, Seats
 from wax.session.rooms import WATCHING_IS_FULL
 from wax.session.stop_budget import FROM_ROOM, TOO_OFTEN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from wax.access.admission import Visitor
     from wax.sentence import Sentence
 
 
-class Rooms:
-    """A cluster of two rooms, without the network."""
-
-    def __init__(self, most: int = 2) -> None:
-        self.rooms = [Occupancy(name, most) for name in ("a", "b")]
-        self.removed: list[tuple[str, bool]] = []
-        self.has_sound = True
-        self.links: list[str] = []
-        self.is_used = True
-        self.watching = 3
-        self.news: Callable[[], str | None] = lambda: None
-
-    @property
-    def capacity(self) -> int:
-        return sum(one.most for one in self.rooms)
-
-    def seats(self, person: str, before: Sequence[str] = ()) -> list[RoomSeat]:
-        return [
-            RoomSeat(one.name, f"wss://{one.name}", person) for one in choose(self.rooms, before)
-        ]
-
-    def broadcast(self, news: Callable[[], str | None]) -> None:
-        self.news = news
-
-    def remove(self, person: str, *, for_good: bool = False) -> None:
-        self.removed.append((person, for_good))
+@pytest.fixture
+def rooms() -> FakeCluster:
+    return FakeCluster()
 
 
 @pytest.fixture
-def rooms() -> Rooms:
-    return Rooms()
-
-
-@pytest.fixture
-def rig(monkeypatch: pytest.MonkeyPatch, rooms: Rooms) -> Rig:
+def rig(rooms: FakeCluster) -> Rig:
     """Make a server with one place, and two LiveKit rooms with two seats each."""
-    FakePeer.made = []
-    monkeypatch.setattr(entry_module, "Peer", FakePeer)
     tree = {
         "access": {"hours": ["mon-sun 00:00-24:00"]},
         "turns": {"turn_s": 30.0, "grace_s": 2.0},
         "server": {"max_viewers": 1},
     }
-    return Rig(tree, cast("Cluster", rooms))
+    return Rig(tree, rooms)
 
 
 EVE = visitor("eve-1111")
@@ -90,7 +56,9 @@ def wait(rig: Rig, seconds: float, *alive: FakePeer) -> None:
 # --- seats -----------------------------------------------------------------------------------
 
 
-async def test_a_visitor_without_a_place_gets_a_seat_in_a_room(rig: Rig, rooms: Rooms) -> None:
+async def test_a_visitor_without_a_place_gets_a_seat_in_a_room(
+    rig: Rig, rooms: FakeCluster
+) -> None:
     """The visitor gets two rooms to choose from, and the greeting that a viewer gets here."""
     await rig.enter("ada-1111")
     with pytest.raises(NoPlaceError) as here:
@@ -106,7 +74,7 @@ async def test_a_visitor_without_a_place_gets_a_seat_in_a_room(rig: Rig, rooms: 
         rig.room.rooms.seat_instead(guest(1), TAB, here.value)
 
 
-async def test_without_a_free_seat_watching_is_full(rig: Rig, rooms: Rooms) -> None:
+async def test_without_a_free_seat_watching_is_full(rig: Rig, rooms: FakeCluster) -> None:
     """All rooms are full or gone; a viewer with a seat keeps it while its room is there."""
     for number in range(4):
         rig.room.rooms.seat(guest(number), TAB)
@@ -120,7 +88,7 @@ async def test_without_a_free_seat_watching_is_full(rig: Rig, rooms: Rooms) -> N
     assert rig.room.rooms.seat(guest(1), TAB).links == ["https://media.example.org"]
 
 
-async def test_the_rooms_get_no_details_of_a_fault(rig: Rig, rooms: Rooms) -> None:
+async def test_the_rooms_get_no_details_of_a_fault(rig: Rig, rooms: FakeCluster) -> None:
     """Anybody may watch in LiveKit rooms, and nobody there is the host."""
     rig.room.rooms.seat(EVE, TAB)
     rig.robot.problem = "/dev/ttyACM0 is unplugged"
@@ -131,7 +99,7 @@ async def test_the_rooms_get_no_details_of_a_fault(rig: Rig, rooms: Rooms) -> No
     assert "/dev/" not in news
 
 
-async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
+async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: FakeCluster) -> None:
     """A viewer who does not renew is removed from the rooms; LiveKit would let them stay."""
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(guest(1), TAB)
@@ -147,7 +115,7 @@ async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
     assert [rig.room.has_people_at(f"192.0.2.{last}") for last in (1, 2)] == [True, False]
 
 
-async def test_a_closed_page_gives_its_seat_back(rig: Rig, rooms: Rooms) -> None:
+async def test_a_closed_page_gives_its_seat_back(rig: Rig, rooms: FakeCluster) -> None:
     """The seat is free for others at once; a page without one changes nothing."""
     rooms.rooms.pop()
     for number in range(2):
@@ -162,7 +130,7 @@ async def test_a_closed_page_gives_its_seat_back(rig: Rig, rooms: Rooms) -> None
     assert rig.room.role_of(guest(1)) == "stranger"
 
 
-async def test_closing_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
+async def test_closing_empties_the_rooms(rig: Rig, rooms: FakeCluster) -> None:
     """The host's own pages stay; the others are told why, and until when, if they ask."""
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.rooms.seat(EVE, TAB)
@@ -179,7 +147,7 @@ async def test_closing_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
 
 @pytest.mark.parametrize(("ban", "sentence"), [(True, BANNED), (False, REMOVED)])
 async def test_a_removed_viewer_loses_the_seat(
-    rig: Rig, rooms: Rooms, ban: bool, sentence: Sentence
+    rig: Rig, rooms: FakeCluster, ban: bool, sentence: Sentence
 ) -> None:
     """Every tab loses its seat and is told; without a ban the browser may return in a minute."""
     host = await rig.enter("hedy-111", is_host=True)
@@ -202,7 +170,7 @@ async def test_a_removed_viewer_loses_the_seat(
         assert rig.room.rooms.seat(EVE, TAB).rooms
 
 
-async def test_a_ban_covers_the_address_too(rig: Rig, rooms: Rooms) -> None:
+async def test_a_ban_covers_the_address_too(rig: Rig, rooms: FakeCluster) -> None:
     """Others at that address lose their seats, too; they had no number to be banned by."""
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.rooms.seat(EVE, TAB)
@@ -214,13 +182,11 @@ async def test_a_ban_covers_the_address_too(rig: Rig, rooms: Rooms) -> None:
     assert {who for who, _ in rooms.removed} == {NAME, person("eva-2222", TAB)}
 
 
-async def test_one_address_does_not_take_every_seat(
-    monkeypatch: pytest.MonkeyPatch, rooms: Rooms
-) -> None:
+async def test_one_address_does_not_take_every_seat(rooms: FakeCluster) -> None:
     """An address has a share of the seats, as it has of the places here."""
     rooms.rooms[0].most = 100
     tree = {"server": {"max_share_per_address": 0.1}}
-    rig = Rig(tree, cast("Cluster", rooms))
+    rig = Rig(tree, rooms)
     for number in range(10):
         rig.room.rooms.seat(visitor(f"one-{number:04}"), TAB)
     with pytest.raises(FullError, match="your address"):
@@ -356,7 +322,7 @@ async def test_a_viewer_who_announces_the_return_keeps_the_place(rig: Rig) -> No
         wait(rig, 5, ada)
 
 
-async def test_viewers_in_rooms_get_the_state_here(rig: Rig, rooms: Rooms) -> None:
+async def test_viewers_in_rooms_get_the_state_here(rig: Rig, rooms: FakeCluster) -> None:
     """While anybody is there, they read who drives, who waits first, and how many watch in all."""
     ada = await rig.enter("ada-1111")
     assert rooms.news() is None
@@ -375,7 +341,7 @@ async def test_viewers_in_rooms_get_the_state_here(rig: Rig, rooms: Rooms) -> No
     assert told["server_ms"] == rig.clock.time_s * 1000
 
 
-async def test_each_viewer_is_counted_once(rig: Rig, rooms: Rooms) -> None:
+async def test_each_viewer_is_counted_once(rig: Rig, rooms: FakeCluster) -> None:
     """The operator is left out, wherever they watched; a viewer who waits in a room counts."""
 
     def watching() -> int:

@@ -4,151 +4,29 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.turned_clock import TurnedClock
-from tests.visitors import EVERYTHING, TAB, visitor
+from tests.session.viewer_rig import (
+    SMALLEST,
+    Connected,
+    connect,
+    drive_row,
+    want_message,
+)
 
-from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
+from wax.config.settings import SyncSettings, VideoSettings
 from wax.control.reasons import Refusal
-from wax.fanout.sound_hub import SoundHub
-from wax.fanout.video_hub import VideoHub
 from wax.protocol import messages
-from wax.session.viewer import Viewer
 from wax.streams.live import LiveService, LiveStreams
-from wax.telemetry import Counters
-
-if TYPE_CHECKING:
-    from wax.access.permissions import Role
-    from wax.control.controls import Operation
-    from wax.control.gate import Command
-    from wax.rtc.peer import Peer
-
-
-@dataclass
-class FakeRoom:
-    """The room and the peer of one viewer: records what they do and what they are sent."""
-
-    calls: list[tuple[str, Any]] = field(default_factory=list)
-    sent: list[tuple[str, Any]] = field(default_factory=list)
-    role: Role = "host"
-    refusal: Refusal | None = None
-    newest_picture_s: float | None = 100.0
-
-    def viewer_connected(self, viewer: Viewer) -> None:
-        self.calls.append(("connected", viewer.number))
-
-    def viewer_moved(self, viewer: Viewer) -> None:
-        self.calls.append(("moved", viewer.number))
-
-    def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
-        self.calls.append(("closed", peer))
-
-    def viewer_role(self, viewer: Viewer) -> Role:
-        return self.role
-
-    def viewer_wants_name(self, viewer: Viewer, name: str) -> None:
-        self.calls.append(("name", name))
-
-    def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None:
-        self.calls.append((act.type, act))
-
-    def viewer_asks(self, viewer: Viewer, request: Any) -> None:
-        self.calls.append((request.type, viewer.number))
-
-    def viewer_stops(self, viewer: Viewer, press: int | None) -> None:
-        self.calls.append(("stop", press))
-
-    def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
-        self.calls.append(("release", release.stop))
-
-    def viewer_drives(self, viewer: Viewer, command: Command) -> None:
-        self.calls.append(("drive", command))
-
-    def viewer_operates(self, viewer: Viewer, asked: Operation) -> Refusal | None:
-        self.calls.append(("operate", asked))
-        return self.refusal
-
-    def send(self, channel: str, text: str) -> None:
-        self.sent.append((channel, json.loads(text)))
-
-    def media_time(self, kind: str, rtp: int) -> int:  # as a real peer does
-        return rtp - 1000
-
-    def hold_back(self, least_ms: float) -> bool:  # its browser cannot
-        return False
-
-
-@dataclass
-class Connected:
-    viewer: Viewer
-    room: FakeRoom
-    clock: TurnedClock
-    counters: Counters
-    video: VideoHub
-    audio: SoundHub
-
-
-SMALLEST = VideoSettings().renditions[-1].name
-
-
-def _scene(sync: SyncSettings | None = None) -> Connected:
-    clock, room, counters = TurnedClock(100.0), FakeRoom(), Counters()
-    video = VideoHub(settings=VideoSettings(), clock=clock)
-    audio = SoundHub()
-    viewer = Viewer(
-        number=7,
-        visitor=visitor("c"),
-        grant=EVERYTHING,
-        tab=TAB,
-        clock=clock,
-        counters=counters,
-        service=LiveService(
-            clock=clock,
-            video_settings=VideoSettings(),
-            audio_settings=AudioSettings(),
-            video=video,
-            audio=audio,
-        ),
-        events=room,
-        sync=sync or SyncSettings(),
-    )
-    viewer.lanes()
-    viewer.peer = cast("Peer", room)
-    viewer.connected()
-    viewer.ready()
-    return Connected(viewer, room, clock, counters, video, audio)
-
-
-def _drive(**changes: object) -> str:
-    command = {
-        "type": "drive",
-        "seq": 1,
-        "turn": 2,
-        "sent_server_ms": 99_990.0,
-        "linear": 0.5,
-        "angular": -1.0,
-        "held": True,
-        "speed": "slow",
-        "seen_server_ms": None,
-        "axes": {},
-        "beat": None,
-    }
-    return json.dumps(list((command | changes).values()))
-
-
-def _want(size: str) -> dict[str, Any]:
-    return {"type": "want", "sound": True, "picture": True, "size": size, "policy": None}
 
 
 def test_a_command_becomes_a_value() -> None:
     """A well-formed set-point reaches the room, times in seconds."""
-    connected = _scene()
-    connected.viewer.received("drive", _drive(seen_server_ms=99_900.0))
+    connected = connect()
+    connected.viewer.received("drive", drive_row(seen_server_ms=99_900.0))
     name, command = connected.room.calls[-1]
     assert name == "drive"
     assert (command.seq, command.turn, command.sent_s) == (1, 2, 99.99)
@@ -160,21 +38,21 @@ def test_a_command_becomes_a_value() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        _drive(linear=1.01),
-        _drive(linear="0.5"),
-        _drive(seq=-1),
-        _drive(seq=1.5),
-        _drive(extra=1),
-        _drive(type="fly"),
-        _drive(speed="warp"),
-        _drive(sent_server_ms=None),
-        _drive(axes={"pan": 2}),
-        _drive(beat=7),
-        _drive(beat="7 chars"),
-        _drive(axes={str(i): 0 for i in range(5)}),
-        _drive().replace("0.5", "NaN"),
-        _drive().replace("0.5", "1e999"),
-        _drive() + " " * 600,
+        drive_row(linear=1.01),
+        drive_row(linear="0.5"),
+        drive_row(seq=-1),
+        drive_row(seq=1.5),
+        drive_row(extra=1),
+        drive_row(type="fly"),
+        drive_row(speed="warp"),
+        drive_row(sent_server_ms=None),
+        drive_row(axes={"pan": 2}),
+        drive_row(beat=7),
+        drive_row(beat="7 chars"),
+        drive_row(axes={str(i): 0 for i in range(5)}),
+        drive_row().replace("0.5", "NaN"),
+        drive_row().replace("0.5", "1e999"),
+        drive_row() + " " * 600,
         "[]",
         "null",
         "",
@@ -185,7 +63,7 @@ def test_a_command_becomes_a_value() -> None:
 )
 def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
     """A malformed command moves nothing, is counted, and raises nothing."""
-    connected = _scene()
+    connected = connect()
     before = list(connected.room.calls)
     connected.viewer.received("drive", text)
     assert connected.room.calls == before
@@ -194,8 +72,8 @@ def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
 
 def test_a_page_from_before_an_update_is_told_to_reload() -> None:
     """Its commands lack a column; it is told once per connection, not once per command."""
-    connected = _scene()
-    older = json.dumps(json.loads(_drive())[:-1])
+    connected = connect()
+    older = json.dumps(json.loads(drive_row())[:-1])
     notice = {"type": "notice", "text": {"code": "request.not_understood"}}
 
     def told() -> int:
@@ -213,14 +91,14 @@ def test_a_page_from_before_an_update_is_told_to_reload() -> None:
 @given(st.sampled_from(["drive", "state"]), st.text() | st.binary())
 def test_no_bytes_raise(channel: Any, data: str | bytes) -> None:
     """Whatever arrives, the handler returns: an exception would close the peer."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.received(channel, data)
     assert sum(connected.counters.snapshot().values()) == 1
 
 
 def test_a_failing_room_does_not_close_the_peer() -> None:
     """An error of our own is logged and counted, and the peer lives on."""
-    connected = _scene()
+    connected = connect()
     connected.room.calls = cast("Any", None)
     connected.viewer.received("state", '{"type":"stop"}')
     assert connected.counters.snapshot() == {"messages failed": 1}
@@ -228,7 +106,7 @@ def test_a_failing_room_does_not_close_the_peer() -> None:
 
 def test_a_ping_is_answered_with_both_clocks() -> None:
     """The pong returns the page's stamp and adds the server's, on the lossy channel."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
     channel, (*clocks, beat) = connected.room.sent[-1]
     assert (channel, clocks) == ("drive", ["pong", 3, 12.5, 100_000.0])
@@ -242,12 +120,12 @@ def _beats(connected: Connected) -> list[str]:
 
 def test_a_command_is_as_old_as_the_beat_that_it_quotes() -> None:
     """The server's time of the quoted beat dates a command; an unknown beat dates nothing."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
     connected.clock.time_s += 0.05
-    connected.viewer.received("drive", _drive(beat=_beats(connected)[-1]))
-    connected.viewer.received("drive", _drive(beat="guess_"))
-    connected.viewer.received("drive", _drive(beat=None))
+    connected.viewer.received("drive", drive_row(beat=_beats(connected)[-1]))
+    connected.viewer.received("drive", drive_row(beat="guess_"))
+    connected.viewer.received("drive", drive_row(beat=None))
     heard_s = [command.heard_s for name, command in connected.room.calls if name == "drive"]
     assert heard_s == [100.0, -math.inf, -math.inf]
 
@@ -265,18 +143,18 @@ def test_nobody_sees_a_picture_that_was_not_sent(
     claimed_ms: float | None, sent_s: float | None, expected: float | None
 ) -> None:
     """A page may claim a picture that it does not show, but none newer than was sent to it."""
-    connected = _scene()
+    connected = connect()
     connected.room.newest_picture_s = sent_s
-    connected.viewer.received("drive", _drive(seen_server_ms=claimed_ms))
+    connected.viewer.received("drive", drive_row(seen_server_ms=claimed_ms))
     assert connected.room.calls[-1][1].seen_s == expected
 
 
 def test_a_new_peer_has_no_beat_yet() -> None:
     """A beat from an earlier connection proves nothing on the next one."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
     connected.viewer.lanes()
-    connected.viewer.received("drive", _drive(beat=_beats(connected)[-1]))
+    connected.viewer.received("drive", drive_row(beat=_beats(connected)[-1]))
     assert connected.room.calls[-1][1].heard_s == -math.inf
 
 
@@ -285,18 +163,18 @@ def test_a_page_that_sends_commands_gets_beats(
     is_thin: bool, heard: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It gets ten a second, five over a thin link; other pages get only those in pongs."""
-    connected = _scene()
+    connected = connect()
     monkeypatch.setattr(LiveStreams, "is_thin", is_thin)
     assert _beats(connected) == []
     for _ in range(50):
-        connected.viewer.received("drive", _drive())
+        connected.viewer.received("drive", drive_row())
         connected.clock.time_s += 0.02
     assert abs(len(set(_beats(connected))) - heard) <= 2
 
 
 def test_a_release_is_dated_by_its_beat() -> None:
     """A page cannot date a release of Stop by its arrival."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
     connected.clock.time_s += 5.0
     now_ms, beat = connected.clock.time_s * 1000, _beats(connected)[-1]
@@ -310,7 +188,7 @@ def test_a_release_is_dated_by_its_beat() -> None:
 
 def test_a_stop_passes_in_a_flood() -> None:
     """However many messages came before, a Stop with its press counts, and nothing else."""
-    connected = _scene()
+    connected = connect()
     for _ in range(500):
         connected.viewer.received("state", '{"type":"name","name":"x"}')
     connected.room.calls.clear()
@@ -324,7 +202,7 @@ def test_a_stop_passes_in_a_flood() -> None:
 
 def test_a_release_names_its_stop() -> None:
     """The room learns which Stop is meant."""
-    connected = _scene()
+    connected = connect()
     release = {"type": "release", "stop": 3, "sent_server_ms": 99_990.0, "beat": None}
     connected.viewer.received("state", json.dumps(release))
     assert connected.room.calls[-1] == ("release", 3)
@@ -332,27 +210,27 @@ def test_a_release_names_its_stop() -> None:
 
 def test_a_picture_that_is_switched_off_is_known() -> None:
     """A viewer's last request decides whether they want the picture."""
-    connected = _scene()
+    connected = connect()
     assert connected.viewer.wants_picture
     size = VideoSettings().renditions[0].size
-    connected.viewer.received("state", json.dumps(_want(size) | {"picture": False}))
+    connected.viewer.received("state", json.dumps(want_message(size) | {"picture": False}))
     assert not connected.viewer.wants_picture
 
 
 @pytest.mark.parametrize("request_type", ["join", "leave"])
 def test_requests_reach_the_room(request_type: str) -> None:
     """Join and leave reach the room with their viewer."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.received("state", json.dumps({"type": request_type}))
     assert connected.room.calls[-1] == (request_type, 7)
 
 
 def test_the_picture_plays_unasked_and_the_sound_on_request() -> None:
     """A small picture plays on load; nothing else is sent before it is requested."""
-    connected = _scene()
+    connected = connect()
     assert connected.video.wanted == [SMALLEST]
     assert connected.audio.wanted == []
-    want = _want("160x120")
+    want = want_message("160x120")
     connected.viewer.received("state", json.dumps(want))
     assert connected.video.wanted == [SMALLEST]
     assert len(connected.audio.wanted) == 1
@@ -363,8 +241,8 @@ def test_the_picture_plays_unasked_and_the_sound_on_request() -> None:
 
 def test_an_unknown_size_is_refused_with_a_sentence() -> None:
     """A size that does not exist changes nothing; the answer lists those that do."""
-    connected = _scene()
-    want = _want("9x9") | {"sound": False}
+    connected = connect()
+    want = want_message("9x9") | {"sound": False}
     connected.viewer.received("state", json.dumps(want))
     assert connected.video.wanted == [SMALLEST]
     channel, notice = connected.room.sent[-1]
@@ -375,8 +253,8 @@ def test_an_unknown_size_is_refused_with_a_sentence() -> None:
 
 def test_leaving_ends_encoding_that_nobody_else_wants() -> None:
     """When the last viewer's peer is gone nothing is encoded."""
-    connected = _scene()
-    want = _want("640x480")
+    connected = connect()
+    want = want_message("640x480")
     connected.viewer.received("state", json.dumps(want))
     connected.viewer.release()
     connected.viewer.release()
@@ -385,7 +263,7 @@ def test_leaving_ends_encoding_that_nobody_else_wants() -> None:
 
 def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """The room is told first, which stops the robot; and the delay is measured anew."""
-    connected = _scene()
+    connected = connect()
     connected.viewer.link.pinged(1, None, None, 100.0)
     connected.viewer.link.pinged(2, 1, 0.0, 100.1)
     assert connected.viewer.link.one_way_s == pytest.approx(0.05)
@@ -402,7 +280,7 @@ def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.Mon
 
 def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.MonkeyPatch) -> None:
     """An acknowledgement is passed on with the media time of the unit's last packet."""
-    connected = _scene()
+    connected = connect()
     got: list[tuple[str, int]] = []
     monkeypatch.setattr(connected.viewer.streams, "received", lambda *what: got.append(what))
     message = {"type": "received", "kind": "audio", "rtp": 5000}
@@ -412,8 +290,8 @@ def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.Monk
 
 def test_the_policy_follows_reports_and_role() -> None:
     """Reports move the picture's hold-back; a new role brings its own policy and media unit."""
-    connected = _scene(SyncSettings(audio_delay_ms=200.0))
-    want = _want("640x480")
+    connected = connect(SyncSettings(audio_delay_ms=200.0))
+    want = want_message("640x480")
     connected.viewer.received("state", json.dumps(want))
     playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
     assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
@@ -431,9 +309,9 @@ def test_the_policy_follows_reports_and_role() -> None:
 
 def test_the_viewers_own_choice_of_policy_is_applied() -> None:
     """A page may choose a policy, and leave the choice to the role again."""
-    connected = _scene()
+    connected = connect()
     for asked, policy in (("video-first", "video-first"), (None, "audio-master")):
-        want = _want("640x480") | {"policy": asked}
+        want = want_message("640x480") | {"policy": asked}
         connected.viewer.received("state", json.dumps(want))
         playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
         assert playout[-1]["policy"] == policy
@@ -447,7 +325,7 @@ def test_the_status_of_commands_is_sent_a_few_times_a_second(
 
     Over a thin link it is once a second.
     """
-    connected = _scene()
+    connected = connect()
     monkeypatch.setattr(LiveStreams, "is_thin", is_thin)
     for tick in range(40):
         connected.clock.time_s += 0.025
@@ -464,7 +342,7 @@ def test_the_status_of_commands_is_sent_a_few_times_a_second(
 
 def test_a_missing_camera_cannot_be_chosen() -> None:
     """The page reads that it is missing; an existing one is chosen, however often others are."""
-    connected = _scene()
+    connected = connect()
     looked: list[dict[str, Any]] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(LiveService, "cameras", ["Door"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from tests.session.test_viewer import _drive, _scene, _want
+from tests.session.viewer_rig import connect, drive_row, want_message
 
 from wax.protocol.messages import MAX_DRIVE_BYTES
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def test_keyframes_are_forced_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     """A browser that asks a hundred times a second gets a few at first, then one in two seconds."""
-    connected = _scene()
+    connected = connect()
     asked: list[float] = []
     monkeypatch.setattr(
         connected.viewer.streams,
@@ -33,35 +33,35 @@ def test_keyframes_are_forced_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch)
 
 def test_commands_are_accepted_at_a_bounded_rate() -> None:
     """Sixty a second, of at most 256 bytes each, are accepted, which our page never exceeds."""
-    connected = _scene()
+    connected = connect()
     for seq in range(1000):
         connected.clock.time_s += 0.02
-        connected.viewer.received("drive", _drive(seq=seq))
+        connected.viewer.received("drive", drive_row(seq=seq))
     assert sum(name == "drive" for name, _ in connected.room.calls) == 1000
     connected.room.calls.clear()
     for seq in range(1000):
         connected.clock.time_s += 0.0105
-        connected.viewer.received("drive", _drive(seq=1000 + seq))
+        connected.viewer.received("drive", drive_row(seq=1000 + seq))
     taken = sum(name == "drive" for name, _ in connected.room.calls)
     assert 630 <= taken <= 630 + 121
     longest = {name * 8: -0.1234567890123456 for name in ("ab", "cd", "ef", "gh")}
-    long = _drive(seq=2**53, turn=2**31, linear=-0.123456789012345, axes=longest)
+    long = drive_row(seq=2**53, turn=2**31, linear=-0.123456789012345, axes=longest)
     assert len(long.replace(" ", "")) <= MAX_DRIVE_BYTES
 
 
 def test_requests_run_at_a_bounded_rate() -> None:
     """A page that switches sizes without end gets a few changes, and always the last one."""
-    connected = _scene()
+    connected = connect()
     changes = 0
     asked = "160x120"
     for step in range(600):
         connected.clock.time_s += 0.1
         asked = ("160x120", "640x480")[step % 2]
         before = connected.viewer.streams.status().entry["rendition"]
-        connected.viewer.received("state", json.dumps(_want(asked)))
+        connected.viewer.received("state", json.dumps(want_message(asked)))
         changes += before != connected.viewer.streams.status().entry["rendition"]
     assert changes <= 8 + 60
-    connected.viewer.received("state", json.dumps(_want("160x120") | {"picture": False}))
+    connected.viewer.received("state", json.dumps(want_message("160x120") | {"picture": False}))
     connected.clock.time_s += 1.1
     connected.viewer.run_deferred(connected.clock.now_s())
     assert connected.video.wanted == []
@@ -70,7 +70,7 @@ def test_requests_run_at_a_bounded_rate() -> None:
 
 def test_streams_restart_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     """A page that swaps two addresses without end gets one restart a second, within its budget."""
-    connected = _scene()
+    connected = connect()
     calls: list[str] = []
     streams = connected.viewer.streams
     monkeypatch.setattr(streams, "link_changed", lambda: calls.append("anew"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from tests.session.test_room import FakePeer, Rig, rig
 
 from wax.protocol.messages import VoiceInfo
 from wax.sentence import Sentence
@@ -13,9 +12,9 @@ from wax.session.voices import Voices
 from wax.voice.packet import VoicePacket
 
 if TYPE_CHECKING:
-    from wax.session.viewer import Viewer
+    from tests.session.rig import FakePeer, Rig
 
-__all__ = ["rig"]
+    from wax.session.viewer import Viewer
 
 GONE = Sentence("speaker.gone", {"speaker": Sentence("speaker.default")})
 

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 from aiohttp import web
 from tests.fuzz.target import Target, at_once
-from tests.session.test_room import OFFER, FakePeer, Rig
+from tests.session.rig import OFFER, FakePeer, Rig, fake_peers
 
 from wax.control.gate import Command
 from wax.driver.interface import Twist
 from wax.errors import ProtocolError, SignallingError
 from wax.protocol import messages
 from wax.rtc.signalling import clean_offer
-from wax.session import entry
 from wax.session.viewer import command_of
 from wax.web import routes
 
@@ -38,9 +37,8 @@ class _Peer(FakePeer):
 
 def _scene() -> tuple[Rig, FakePeer, FakePeer]:
     """One drives and holds nothing; the other, who is second in the queue, is hostile."""
-    FakePeer.made = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(entry, "Peer", _Peer)
+        fake_peers(patch, _Peer)
         rig = Rig({"turns": {"turn_s": 600.0}})
         driving, hostile = at_once(rig.enter("ada-1111")), at_once(rig.enter("eve-1111"))
     driving.says(type="join")

@@ -1,0 +1,313 @@
+"""A room with everything real but peers, robot, rooms and time."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal, cast
+
+from tests.control.rules import VOUCHED
+from tests.heard_events import Heard
+from tests.rtc.networks import network
+from tests.turned_clock import TurnedClock
+from tests.visitors import TAB, make_access, visitor
+
+from wax.access.access import Shown
+from wax.cluster.cluster import Cluster, RoomSeat
+from wax.cluster.room_directory import Occupancy, choose
+from wax.config.settings import Settings
+from wax.control.loop import ControlLoop
+from wax.control.turns import Turns
+from wax.driver.interface import Aboard, ControlValue, Limits, RobotState, Twist
+from wax.fanout.sound_hub import SoundHub
+from wax.fanout.video_hub import VideoHub
+from wax.protocol import room_change
+from wax.records.records import Records
+from wax.session import entry as entry_module
+from wax.session.host_decisions import HostDecisions
+from wax.session.kept_state import KeptFile
+from wax.session.page_messages import PageMessages
+from wax.session.record_keeper import RecordKeeper
+from wax.session.room import Room
+from wax.session.viewers import Viewers
+from wax.streams.live import LiveService
+from wax.telemetry import Counters
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import pytest
+
+    from wax.capture.source import Picture
+    from wax.capture.source_thread import SourceThread
+    from wax.rtc.peer import Peer, PeerEvents
+    from wax.sentence import Sentence
+
+
+OFFER = "\n".join(
+    [
+        "v=0",
+        "m=audio 9 x 111",
+        "a=rtpmap:111 opus/48000/2",
+        "m=video 9 x 96",
+        "a=rtpmap:96 VP8/90000",
+        "m=application 9 x 0",
+    ]
+)
+
+
+class Robot:
+    """A driver that records what it is told."""
+
+    kind = "noted"
+    limits = Limits(1.0, 2.0, ("pan",), controls=("lamp", "horn"))
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+        self.problem: str | None = None
+        self.is_broken = False
+        self.aboard: Aboard | None = None
+        self.gauges: dict[str, float] = {}
+        self.ttl_s: float | None = None
+
+    def open(self) -> None: ...
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        self.told.append(twist)
+
+    def set_axis(self, name: str, position: float, turn: int) -> None: ...
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        self.told.append((name, value))
+
+    def stop(self, turn: int) -> None:
+        self.told.append("stop")
+
+    def close(self) -> None: ...
+
+    def state(self) -> RobotState:
+        if self.is_broken:
+            raise OSError("no bus")
+        return RobotState(
+            connected=self.problem is None,
+            problem=self.problem,
+            aboard=self.aboard,
+            gauges=self.gauges,
+            ttl_s=self.ttl_s,
+        )
+
+
+class Camera:
+    """A capture that fails and recovers when told."""
+
+    problem: Sentence | None = None
+
+
+class FakePeer:
+    """Stands in for a peer: opens at once, and records what is sent."""
+
+    made: list[FakePeer]
+
+    def __init__(self, *, events: PeerEvents, **_: Any) -> None:
+        self.events = events
+        self.sent: list[dict[str, Any]] = []
+        self.rows: list[list[Any]] = []
+        self.room: dict[str, Any] = {}
+        self.beat: str | None = None
+        self.newest_picture_s = math.inf
+        self.is_alive = True
+        FakePeer.made.append(self)
+
+    async def answer(self, offer: str) -> str:
+        return f"answer to {offer}"
+
+    def send(self, channel: Literal["drive", "state"], text: str) -> None:
+        message = json.loads(text)
+        if channel == "drive":
+            self.rows.append(message)
+            self.beat = message[-1] if message[0] in ("pong", "beat") else self.beat
+            return
+        if message["type"] == "room_change":
+            message = room_change.applied(self.room, message)
+        if message["type"] == "room":
+            self.room = message
+        self.sent.append(message)
+
+    def hold_back(self, least_ms: float) -> bool:  # its browser cannot
+        return False
+
+    def abandon(self) -> None:
+        if self.is_alive:
+            self.is_alive = False
+            self.events.closed(cast("Peer", self))
+
+    async def close(self) -> None:
+        self.abandon()
+
+    def open(self) -> None:
+        self.events.connected()
+        self.events.ready()
+
+    def pings(self) -> None:
+        """Send a ping, and get the beat in its pong."""
+        self.events.received("drive", '["ping",1,0,null,null]')
+
+    def says(self, **message: object) -> None:
+        self.events.received("state", json.dumps(message))
+
+    def last(self, kind: str) -> dict[str, Any]:
+        return next(m for m in reversed(self.sent) if m["type"] == kind)
+
+
+def fake_peers(monkeypatch: pytest.MonkeyPatch, kind: type[FakePeer] = FakePeer) -> None:
+    """Have rooms make peers of this kind."""
+    FakePeer.made = []
+    monkeypatch.setattr(entry_module, "Peer", kind)
+
+
+class FakeCluster:
+    """A cluster of two rooms, without the network."""
+
+    def __init__(self, most: int = 2) -> None:
+        self.rooms = [Occupancy(name, most) for name in ("a", "b")]
+        self.removed: list[tuple[str, bool]] = []
+        self.has_sound = True
+        self.links: list[str] = []
+        self.is_used = True
+        self.watching = 3
+        self.news: Callable[[], str | None] = lambda: None
+
+    @property
+    def capacity(self) -> int:
+        return sum(one.most for one in self.rooms)
+
+    def seats(self, person: str, before: Sequence[str] = ()) -> list[RoomSeat]:
+        return [
+            RoomSeat(one.name, f"wss://{one.name}", person) for one in choose(self.rooms, before)
+        ]
+
+    def broadcast(self, news: Callable[[], str | None]) -> None:
+        self.news = news
+
+    def remove(self, person: str, *, for_good: bool = False) -> None:
+        self.removed.append((person, for_good))
+
+
+class Rig:
+    """A server with everything real but peers, robot and time."""
+
+    def __init__(self, tree: dict[str, Any], cluster: FakeCluster | None = None) -> None:
+        settings = Settings.model_validate(tree)
+        self.clock = TurnedClock()
+        self.robot = Robot()
+        turns = self.turns = Turns(settings.turns)
+        self.camera = Camera()
+        self.counters = Counters()
+        service = LiveService(
+            clock=self.clock,
+            video_settings=settings.video,
+            audio_settings=settings.audio,
+            video=VideoHub(settings=settings.video, clock=self.clock),
+            audio=SoundHub(),
+            upload_bps=settings.network.upload_bps,
+        )
+        self.decisions = HostDecisions()
+        self.picture_clock = VOUCHED
+        self.records = Records(self.clock)
+        self.access = make_access(self.records, self.clock, settings.access)
+        self.viewers = Viewers(
+            sync=settings.sync, turns=turns, has_camera=True, decisions=self.decisions
+        )
+        self.heard = Heard(self.clock)
+        self.keeper = RecordKeeper(
+            records=self.records,
+            clock=self.clock,
+            viewers=self.viewers,
+            refused=self.counters.snapshot,
+            event_maker=self.heard.event_maker,
+        )
+        self.loop = ControlLoop(
+            clock=self.clock,
+            turns=turns,
+            driver=self.robot,
+            settings=settings.drive,
+            robot=settings.robot,
+            link_delay_s=self.viewers.link_delay_s,
+            sees=self.viewers.sees,
+            camera_fails=lambda: False,
+            picture_clock=lambda: self.picture_clock,
+            on_hold=lambda: self.decisions.on_hold,
+            max_fraction=self.viewers.max_fraction,
+            on_events=self.viewers.turn_events,
+            on_status=self.viewers.drive_status,
+            controls=settings.controls,
+            gauges=settings.gauges,
+        )
+        self.has_way_in = self.has_time = True
+        self.kept = KeptFile(settings.server.state_dir)
+        self.room = Room(
+            settings=settings,
+            clock=self.clock,
+            counters=self.counters,
+            service=service,
+            turns=turns,
+            viewers=self.viewers,
+            control=self.loop,
+            page_messages=PageMessages(
+                settings=settings,
+                service=service,
+                driver=self.robot,
+                turns=turns,
+                captures={"video": cast("SourceThread[Picture]", self.camera)},
+                picture_clock=lambda: self.picture_clock,
+                access=self.access,
+                decisions=self.decisions,
+                has_way_in=lambda: self.has_way_in,
+            ),
+            access=self.access,
+            decisions=self.decisions,
+            kept=self.kept,
+            records=self.records,
+            keeper=self.keeper,
+            network=network(),
+            cluster=cast("Cluster", cluster or Cluster(clock=self.clock, counters=self.counters)),
+            has_time=lambda _: self.has_time,
+        )
+
+    async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
+        sign_in = self.sign_in() if is_host else ""
+        await self.room.answer(replace(visitor(client), sign_in=sign_in), TAB, OFFER)
+        FakePeer.made[-1].open()
+        FakePeer.made[-1].pings()
+        return FakePeer.made[-1]
+
+    def sign_in(self) -> str:
+        """Sign in as the host, by a link of its own."""
+        cookie = self.access.become_host(self.access.new_host_link())
+        return self.access.visitor(Shown(host=cookie), "192.0.2.1").sign_in
+
+    def wait(self, seconds: float, *alive: FakePeer) -> None:
+        """Let time pass in steps; the pages in `alive` send pings."""
+        for _ in range(round(seconds * 10)):
+            self.clock.time_s += 0.1
+            for peer in alive:
+                peer.pings()
+            self.loop.step(self.clock.time_s)
+            self.round()
+
+    def round(self) -> None:
+        """Let the room run a whole round at once."""
+        for _ in self.room.round(self.clock.time_s):
+            pass
+
+    def drive(self, peer: FakePeer, seq: int, *, linear: float) -> None:
+        """Let a page send a set-point at this moment, in the turn that runs."""
+        turn = self.room.snapshot(self.clock.time_s).turn.number
+        now_ms = self.clock.time_s * 1000
+        hands = [linear, 0.0, linear != 0, "fast"]
+        row = ["drive", seq, turn, now_ms, *hands, now_ms, {}, peer.beat]
+        peer.events.received("drive", json.dumps(row))
+
+    def names(self) -> list[str]:
+        return [line.name for line in self.room.snapshot(self.clock.time_s).viewers]
