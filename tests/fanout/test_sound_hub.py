@@ -42,7 +42,7 @@ def _speak(hub: SoundHub, first: int, count: int) -> None:
 
 def _drain(lane: BoundedSoundLane) -> list[EncodedSound]:
     found = []
-    while (one := lane.take()) is not None:
+    while (one := lane.pop_next()) is not None:
         found.append(one)
     return found
 

@@ -22,11 +22,11 @@ def _sound(number: int, encoding: SoundEncoding = SHORT) -> EncodedSound:
 
 def _earlier(lane: BoundedSoundLane, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:
     lane.redundancy = count
-    return lane.earlier(sound)
+    return lane.packets_to_repeat(sound)
 
 
 def _take(lane: BoundedSoundLane, count: int) -> list[EncodedSound]:
-    return [one for _ in range(count) if (one := lane.take()) is not None]
+    return [one for _ in range(count) if (one := lane.pop_next()) is not None]
 
 
 def _numbers(sounds: list[EncodedSound] | tuple[EncodedSound, ...]) -> list[int]:
@@ -136,8 +136,8 @@ def test_news_are_told_of() -> None:
     told: list[str] = []
     lane.choose(SHORT)
     for who in ("first", "second"):
-        lane.listen(partial(told.append, who))
-    assert lane.take() is None
+        lane.set_listener(partial(told.append, who))
+    assert lane.pop_next() is None
     lane.put(SHORT, _sound(0))
     assert told == ["second"]
     lane.put(LONG, _sound(3, LONG))

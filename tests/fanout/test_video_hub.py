@@ -64,7 +64,7 @@ async def _next(camera: Camera, lane: VideoLane) -> EncodedPicture:
     async with asyncio.timeout(5):
         if lane.is_waiting:
             camera.hub.request_keyframe(lane)
-        while (picture := lane.take()) is None:
+        while (picture := lane.pop_next()) is None:
             camera.picture()
             await asyncio.sleep(0.002)
     return picture
@@ -78,7 +78,7 @@ async def test_two_viewers_share_one_encoder(hub: VideoHub) -> None:
     pictures, shared = [], []
     for _ in range(5):
         pictures.append(await _next(camera, a))
-        shared.append(b.take())
+        shared.append(b.pop_next())
     assert [one.data for one in pictures] == [one and one.data for one in shared]
     assert pictures[0].keyframe
 
@@ -112,7 +112,7 @@ async def test_a_joiner_gets_a_keyframe_and_the_crowd_few(hub: VideoHub) -> None
     started_s = monotonic()
     second = hub.add(OpenFence())
     hub.choose(second, BIG)
-    while (joined := second.take()) is None:
+    while (joined := second.pop_next()) is None:
         for _ in range(20):
             hub.request_keyframe(first)
         seen.append(await _next(camera, first))

@@ -47,7 +47,7 @@ def _through(
     for picture, take, top in zip(STREAM, taken, tops or [2] * len(STREAM), strict=True):
         lane.top_layer = top
         lane.put(picture)
-        out += [found for _ in range(take) if (found := lane.take()) is not None]
+        out += [found for _ in range(take) if (found := lane.pop_next()) is not None]
     return out
 
 
@@ -109,10 +109,10 @@ def test_what_waits_for_half_a_second_is_not_sent() -> None:
     lane.choose(SMALL.name)
     for picture in STREAM[:45]:
         lane.put(picture)
-    assert lane.take() is None
+    assert lane.pop_next() is None
     assert lane.is_cut
     lane.put(STREAM[45])
-    assert lane.take() is STREAM[45]
+    assert lane.pop_next() is STREAM[45]
     assert not lane.is_cut
 
 
@@ -142,17 +142,17 @@ def test_the_newest_is_sent_when_the_way_is_free() -> None:
     lane = VideoLane()
     lane.choose(SMALL.name)
     lane.put(STREAM[0])
-    assert lane.take() is STREAM[0]
+    assert lane.pop_next() is STREAM[0]
     for picture in STREAM[1:4]:  # layers 2, 1 and 2, which is made of that 1
         lane.put(picture)
-    assert [lane.take(), lane.take(), lane.take()] == [STREAM[2], STREAM[3], None]
+    assert [lane.pop_next(), lane.pop_next(), lane.pop_next()] == [STREAM[2], STREAM[3], None]
 
 
 def test_news_is_told() -> None:
     """The listener is called for each picture that can be taken, and for no other."""
     heard: list[int] = []
     lane = VideoLane()
-    lane.listen(lambda: heard.append(1))
+    lane.set_listener(lambda: heard.append(1))
     lane.put(STREAM[0])
     assert not heard
     lane.choose(SMALL.name)
@@ -167,9 +167,9 @@ def test_nothing_is_sent_before_a_keyframe() -> None:
     lane.choose(SMALL.name)
     for picture in STREAM[10:45]:
         lane.put(picture)
-        assert lane.take() is None
+        assert lane.pop_next() is None
     lane.put(STREAM[45])
-    assert lane.take() is STREAM[45]
+    assert lane.pop_next() is STREAM[45]
 
 
 OTHER = EncodedPicture(b"keyframe", STREAM[45].pts, "other", True, 0, 200.0)
@@ -181,16 +181,16 @@ def test_a_change_of_rendition_keeps_the_old_one_until_the_new_ones_keyframe() -
     lane = VideoLane()
     lane.choose(SMALL.name)
     lane.put(STREAM[0])
-    assert lane.take() is STREAM[0]
+    assert lane.pop_next() is STREAM[0]
     lane.choose("other")
     assert lane.takes(SMALL.name)
     lane.put(STREAM[1])
     lane.put(OTHER_NEXT)
-    assert lane.take() is STREAM[1]
+    assert lane.pop_next() is STREAM[1]
     lane.put(OTHER)
     lane.put(STREAM[2])
-    assert lane.take() is OTHER
-    assert lane.take() is None
+    assert lane.pop_next() is OTHER
+    assert lane.pop_next() is None
     assert not lane.takes(SMALL.name)
 
 
@@ -200,13 +200,13 @@ def test_no_picture_follows_a_newer_one() -> None:
     lane.choose(SMALL.name)
     lane.put(STREAM[0])
     lane.put(STREAM[1])
-    assert lane.take() is STREAM[0]
+    assert lane.pop_next() is STREAM[0]
     lane.choose("other")
     lane.put(replace(STREAM[0], rendition="other"))
     assert lane.is_waiting
-    assert lane.take() is STREAM[1]
+    assert lane.pop_next() is STREAM[1]
     lane.put(OTHER)
-    assert lane.take() is OTHER
+    assert lane.pop_next() is OTHER
     assert not lane.is_waiting
 
 
@@ -215,10 +215,10 @@ def test_the_same_moment_in_another_rendition_has_a_time_of_its_own() -> None:
     lane = VideoLane()
     lane.choose(SMALL.name)
     lane.put(STREAM[0])
-    assert lane.take() is STREAM[0]
+    assert lane.pop_next() is STREAM[0]
     lane.choose("other")
     lane.put(replace(STREAM[0], rendition="other"))
-    taken = lane.take()
+    taken = lane.pop_next()
     assert taken is not None
     assert taken.pts == STREAM[0].pts + 1
     assert taken.data is STREAM[0].data
@@ -232,9 +232,9 @@ def test_what_is_given_up_is_not_sent() -> None:
     lane.choose("other")
     lane.give_up()
     lane.put(STREAM[1])
-    assert lane.take() is None
+    assert lane.pop_next() is None
     lane.put(OTHER)
-    assert lane.take() is OTHER
+    assert lane.pop_next() is OTHER
 
 
 def test_no_picture_means_nothing_waits() -> None:
@@ -244,5 +244,5 @@ def test_no_picture_means_nothing_waits() -> None:
     lane.put(STREAM[0])
     lane.choose(None)
     lane.put(STREAM[1])
-    assert lane.take() is None
+    assert lane.pop_next() is None
     assert not lane.takes(SMALL.name)

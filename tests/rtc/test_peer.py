@@ -85,7 +85,7 @@ class Ticking:
         self._on_news: Callable[[], None] | None = None
         self.is_empty = False
 
-    def listen(self, on_news: Callable[[], None]) -> None:
+    def set_listener(self, on_news: Callable[[], None]) -> None:
         self._on_news = on_news
 
     def _has_one(self) -> bool:
@@ -115,20 +115,20 @@ class Sounds(Ticking):
         self.again: tuple[EncodedSound, ...] = ()
         self.takes_redundancy: bool | None = None
 
-    def take(self) -> EncodedSound | None:
+    def pop_next(self) -> EncodedSound | None:
         return EncodedSound(*self._next(), 900) if self._has_one() else None
 
-    def offered(self, *, redundancy: bool) -> None:
-        self.takes_redundancy = redundancy
+    def set_redundancy(self, *, is_accepted: bool) -> None:
+        self.takes_redundancy = is_accepted
 
-    def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
+    def packets_to_repeat(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         return self.again
 
 
 class Pictures(Ticking):
     """A lane of pictures."""
 
-    def take(self) -> EncodedPicture | None:
+    def pop_next(self) -> EncodedPicture | None:
         if not self._has_one():
             return None
         data, pts, captured_s = self._next()

@@ -31,7 +31,7 @@ class Stuck(Pictures):
         super().__init__()
         self.is_empty = False
 
-    def take(self) -> EncodedPicture | None:
+    def pop_next(self) -> EncodedPicture | None:
         return None
 
 

@@ -269,11 +269,11 @@ def test_a_lane_that_cannot_take_a_picture_keeps_none_from_others() -> None:
     hub = VideoHub(settings=VideoSettings(), clock=TurnedClock())
     first, second = Ended(), Ended()
     broken, whole = hub.add(first.boundary), hub.add(second.boundary)
-    broken.listen(fail)
+    broken.set_listener(fail)
     for lane in (broken, whole):
         hub.choose(lane, hub.names[0])
     hub._fan_out(_picture(1.0, hub.names[0]))
-    assert whole.take() is not None
+    assert whole.pop_next() is not None
     assert (first.count, second.count) == (1, 0)
 
 
@@ -291,7 +291,7 @@ async def test_a_lane_that_cannot_take_sound_keeps_none_from_others(
     for number in range(6):
         hub.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), 1.0 + number / 100))
     await asyncio.sleep(0)
-    assert whole.take() is not None
+    assert whole.pop_next() is not None
     assert first.count > 0
     assert second.count == 0
 

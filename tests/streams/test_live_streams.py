@@ -109,7 +109,7 @@ class Rig:
                 self._film(tick // 4, now_s)
             if (
                 self.congestion.free_in_s(None, now_s) <= 0.001
-                and (one := self.lane.take()) is not None
+                and (one := self.lane.pop_next()) is not None
             ):
                 self.sizes.append(one.rendition)
                 self._send(self.congestion, one)
@@ -131,7 +131,7 @@ class Rig:
         """Send cameras at a lower priority, as their senders do."""
         for lane in self.camera_lanes:
             is_free = self.lane.is_empty and self.congestion.free_in_s(None, now_s) <= 0.001
-            if is_free and (one := lane.take()) is not None:
+            if is_free and (one := lane.pop_next()) is not None:
                 for _ in range(-(-len(one.data) // 1180)):
                     self._wire(1240, "video", None)
 
@@ -344,13 +344,13 @@ async def test_what_a_decision_sends_does_not_decide_again(
         return decide(*estimates, **wanted)
 
     def send() -> None:
-        while lane.take() is not None:
+        while lane.pop_next() is not None:
             rig.clock.time_s += 0.6
             rig.congestion.sent(1200, rig.clock.now_s(), is_media=True)
 
     monkeypatch.setattr(rig.streams._allocator, "decide", counted)
     rig.streams.want(sound=False, picture=True, size="640x480", policy=None)
-    lane.listen(send)
+    lane.set_listener(send)
     decided.clear()
     began_s = rig.clock.now_s()
     rig.streams.want(sound=True, picture=True, size="640x480", policy=None)

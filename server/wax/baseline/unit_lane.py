@@ -24,7 +24,7 @@ class UnitLane(Generic[ItemT]):
         self._queue: deque[ItemT] = deque()
         self._on_news: Callable[[], None] = _nobody
 
-    def listen(self, on_news: Callable[[], None]) -> None:
+    def set_listener(self, on_news: Callable[[], None]) -> None:
         """Set the callback for new packets."""
         self._on_news = on_news
 
@@ -32,7 +32,7 @@ class UnitLane(Generic[ItemT]):
         self._queue.extend(packets)
         self._on_news()
 
-    def take(self) -> ItemT | None:
+    def pop_next(self) -> ItemT | None:
         """Return the next packet to send, None if there is none."""
         return self._queue.popleft() if self._queue else None
 
@@ -40,9 +40,9 @@ class UnitLane(Generic[ItemT]):
     def is_empty(self) -> bool:
         return not self._queue
 
-    def offered(self, *, redundancy: bool) -> None: ...  # none is sent
+    def set_redundancy(self, *, is_accepted: bool) -> None: ...  # none is sent
 
-    def earlier(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # the interface of a lane
+    def packets_to_repeat(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # the interface of a lane
         """Repeat nothing: the page skips a lost unit."""
         return ()
 

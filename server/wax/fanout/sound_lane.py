@@ -64,7 +64,7 @@ class BoundedSoundLane:
         elif encoding != self._encoding:
             self._next, self._change_pts = encoding, change_pts
 
-    def listen(self, on_news: Callable[[], None]) -> None:
+    def set_listener(self, on_news: Callable[[], None]) -> None:
         """Set the callback for new packets, replacing the previous callback."""
         self._on_news = on_news
 
@@ -82,7 +82,7 @@ class BoundedSoundLane:
             self.dropped += 1
         self._on_news()
 
-    def take(self) -> EncodedSound | None:
+    def pop_next(self) -> EncodedSound | None:
         """Return the next packet to send, None if there is none."""
         if not self._queue:
             return None
@@ -91,13 +91,13 @@ class BoundedSoundLane:
         self._sent.append((encoding, sound))
         return sound
 
-    def offered(self, *, redundancy: bool) -> None:
-        self.takes_redundancy = redundancy
+    def set_redundancy(self, *, is_accepted: bool) -> None:
+        self.takes_redundancy = is_accepted
 
-    def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
+    def packets_to_repeat(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         """Return up to `redundancy` packets to repeat with this one, the oldest first.
 
-        `sound` was returned by `take`. The packets are contiguous and all have its encoding.
+        `sound` was returned by `pop_next`. The packets are contiguous and all have its encoding.
         """
         if self.redundancy == 0:
             return ()

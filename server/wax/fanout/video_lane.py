@@ -71,7 +71,7 @@ class VideoLane:
         """Whether this lane wants pictures of this rendition now."""
         return rendition in (self._rendition, self._current)
 
-    def listen(self, on_news: Callable[[], None]) -> None:
+    def set_listener(self, on_news: Callable[[], None]) -> None:
         """Set the callback for new pictures, replacing the previous callback."""
         self._on_news = on_news
 
@@ -107,7 +107,7 @@ class VideoLane:
         if self._queue:
             self._on_news()
 
-    def take(self) -> EncodedPicture | None:
+    def pop_next(self) -> EncodedPicture | None:
         """Return the picture to send now, skipping all droppable ones but the newest.
 
         Pictures that others depend on are sent in order. Return None if nothing is queued.

@@ -42,7 +42,7 @@ class LanePicture(Encoded, Protocol):
 class Lane(Protocol):
     """Notifies its sender when there is something to send."""
 
-    def listen(self, on_news: Callable[[], None]) -> None:
+    def set_listener(self, on_news: Callable[[], None]) -> None:
         """Set the callback for when there is something to send, replacing the previous one."""
         ...
 
@@ -50,15 +50,15 @@ class Lane(Protocol):
 class SoundLane(Lane, Protocol):
     """Returns sound in the order of capture."""
 
-    def take(self) -> EncodedSound | None:
+    def pop_next(self) -> EncodedSound | None:
         """Return the next packet to send, None if there is none."""
         ...
 
-    def offered(self, *, redundancy: bool) -> None:
-        """Note whether the browser accepts redundant sound (RFC 2198)."""
+    def set_redundancy(self, *, is_accepted: bool) -> None:
+        """Set whether the browser accepts redundant sound (RFC 2198)."""
         ...
 
-    def earlier(self, sound: EncodedSound) -> Sequence[EncodedSound]:
+    def packets_to_repeat(self, sound: EncodedSound) -> Sequence[EncodedSound]:
         """Return the preceding packets to repeat with this one, the oldest first."""
         ...
 
@@ -71,6 +71,6 @@ class PictureLane(Lane, Protocol):
         """Whether there is nothing to send."""
         ...
 
-    def take(self) -> LanePicture | None:
+    def pop_next(self) -> LanePicture | None:
         """Return the picture to send now, None if there is none."""
         ...

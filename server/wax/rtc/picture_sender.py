@@ -108,7 +108,7 @@ class PictureSender(Sender):
                 return min(wait_s, ASK_AGAIN_S)
             elif self._retransmit_next(now_s):
                 continue
-            elif (picture := self._lane.take()) is not None:
+            elif (picture := self._lane.pop_next()) is not None:
                 self._under_way = self._packetize(picture, now_s)
             else:
                 return None

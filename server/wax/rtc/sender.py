@@ -119,14 +119,14 @@ class Sender(private.SenderInPlace):
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
         self._extra_payload_type = None if extra is None else extra.payloadType
         self._egress = Egress(private.DtlsMediaTransport(self.transport))
-        self._source.listen(self._wake)
+        self._source.set_listener(self._wake)
         self._plan_report()
         self._wake()
 
     def stop_sending(self) -> None:
         self._egress = None
         self._tap.remove(self)
-        self._source.listen(_nobody)
+        self._source.set_listener(_nobody)
         for timer in (self._timer, self._report_timer):
             if timer is not None:
                 timer.cancel()

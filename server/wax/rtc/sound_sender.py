@@ -32,17 +32,18 @@ class SoundSender(Sender):
 
     def start_sending(self, parameters: RTCRtpSendParameters) -> None:
         super().start_sending(parameters)
-        self._lane.offered(redundancy=self._extra_payload_type is not None)
+        self._lane.set_redundancy(is_accepted=self._extra_payload_type is not None)
 
     def _work(self) -> None:
-        while (sound := self._lane.take()) is not None:
+        while (sound := self._lane.pop_next()) is not None:
             now_s = self._now_s()
             self._send_packets([self._packet(sound)], now_s)
             self._note_sent(sound)
 
     def _packet(self, sound: EncodedSound) -> Packet:
         payload_type, payload = self._payload_type, sound.data
-        earlier = self._lane.earlier(sound) if self._extra_payload_type is not None else ()
+        has_redundancy = self._extra_payload_type is not None
+        earlier = self._lane.packets_to_repeat(sound) if has_redundancy else ()
         if earlier:
             payload = red_payload(
                 payload,

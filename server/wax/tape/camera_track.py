@@ -50,7 +50,7 @@ class CameraTrack:
     def start(self) -> None:
         """Join the fan-out; call it on the event loop."""
         self._lane = self._camera.hub.add(self._boundary)
-        self._lane.listen(self._forward_pictures)
+        self._lane.set_listener(self._forward_pictures)
         self._camera.hub.choose(self._lane, self._camera.settings.renditions[0].name)
 
     def leave(self) -> None:
@@ -60,7 +60,7 @@ class CameraTrack:
             self._camera.hub.remove(lane)
 
     def _forward_pictures(self) -> None:
-        while self._lane is not None and (picture := self._lane.take()):
+        while self._lane is not None and (picture := self._lane.pop_next()):
             self._recorder.camera(self._number, picture)
         now_s = self._clock.now_s()
         waits = self._lane is not None and self._recorder.needs_keyframe(self._number)

@@ -95,11 +95,11 @@ class TapeFeed:
         self.recorder.start()
         if self._video is not None:
             self._picture_lane = self._video.add(self._boundary)
-            self._picture_lane.listen(self._forward_pictures)
+            self._picture_lane.set_listener(self._forward_pictures)
             self._video.choose(self._picture_lane, self._rendition)
         if self._audio is not None:
             self._sound_lane = self._audio.add(self._boundary)
-            self._sound_lane.listen(self._forward_sounds)
+            self._sound_lane.set_listener(self._forward_sounds)
             self._choose_encoding(self._audio, self._sound_lane)
         for track in self._tracks:
             track.start()
@@ -112,11 +112,11 @@ class TapeFeed:
         self.recorder.stop()
 
     def _forward_pictures(self) -> None:
-        while self._picture_lane is not None and (picture := self._picture_lane.take()):
+        while self._picture_lane is not None and (picture := self._picture_lane.pop_next()):
             self.recorder.picture(picture)
 
     def _forward_sounds(self) -> None:
-        while self._sound_lane is not None and (sound := self._sound_lane.take()):
+        while self._sound_lane is not None and (sound := self._sound_lane.pop_next()):
             self.recorder.sound(sound)
         if self._audio is not None and self._sound_lane is not None:
             self._choose_encoding(self._audio, self._sound_lane)
