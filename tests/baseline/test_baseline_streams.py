@@ -50,7 +50,7 @@ class Rig:
             clock=self.clock, settings=SETTINGS, video=self.video, audio=self.audio
         )
         self.streams: BaselineStreams = self.service.streams(self, SyncSettings())
-        self._take(self.streams.lanes())
+        self._take(self.streams.make_lanes())
 
     def send(self, message: BaseModel) -> None:
         self.told.append(message)
@@ -186,7 +186,7 @@ async def test_a_fresh_peer_begins_anew(rig: Rig) -> None:
     """After a reconnect nothing of the old link or its units in flight counts."""
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     await rig.capture(2.0, acknowledge=False)
-    rig._take(rig.streams.lanes())
+    rig._take(rig.streams.make_lanes())
     assert await rig.capture(1.0) == []
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     assert len(await rig.capture(2.0)) > 20

@@ -320,7 +320,7 @@ async def test_a_page_of_the_baseline_that_fails_keeps_nothing_from_others(
     ended = [Ended(), Ended()]
     streams = [service.streams(ThesisPage(one), cast("Any", None)) for one in ended]
     for one in streams:
-        one.lanes()
+        one.make_lanes()
         one.want(sound=what != "picture", picture=what != "sound", size="", policy=None)
     monkeypatch.setattr(streams[0], "_apply" if what != "timer" else "_sender", fail)
     got: list[object] = []
@@ -345,7 +345,7 @@ async def test_a_page_of_the_baseline_that_fails_keeps_nothing_from_others(
 def test_the_peer_of_another_connection_has_another_boundary() -> None:
     """After a reconnection the first fault is logged again."""
     made: list[ErrorBoundary] = []
-    streams = SimpleNamespace(lanes=lambda: None, release=lambda: None)
+    streams = SimpleNamespace(make_lanes=lambda: None, release=lambda: None)
     service = cast(
         "Any", SimpleNamespace(state_messages=MessageRate(1.0, 1), streams=lambda *_: streams)
     )
@@ -361,7 +361,7 @@ def test_the_peer_of_another_connection_has_another_boundary() -> None:
         sync=cast("Any", None),
     )
     for _ in range(2):
-        viewer.lanes()
+        viewer.make_lanes()
         made.append(viewer.boundary)
     assert len({id(boundary) for boundary in made}) == 2
     viewer.peer = cast("Peer", SimpleNamespace(send=fail, abandon=made.clear))

@@ -82,7 +82,7 @@ def test_a_page_from_before_an_update_is_told_to_reload() -> None:
     for _ in range(3):
         connected.viewer.received("drive", older)
     assert told() == 1
-    connected.viewer.lanes()
+    connected.viewer.make_lanes()
     connected.viewer.ready()
     connected.viewer.received("state", '{"type":"release","stop":1,"sent_server_ms":1.0}')
     assert told() == 2
@@ -153,7 +153,7 @@ def test_a_new_peer_has_no_beat_yet() -> None:
     """A beat from an earlier connection proves nothing on the next one."""
     connected = connect()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
-    connected.viewer.lanes()
+    connected.viewer.make_lanes()
     connected.viewer.received("drive", drive_row(beat=_beats(connected)[-1]))
     assert connected.room.calls[-1][1].heard_s == -math.inf
 

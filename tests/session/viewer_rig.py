@@ -113,7 +113,7 @@ def connect(sync: SyncSettings | None = None) -> Connected:
         events=room,
         sync=sync or SyncSettings(),
     )
-    viewer.lanes()
+    viewer.make_lanes()
     viewer.peer = cast("Peer", room)
     viewer.connected()
     viewer.ready()

@@ -64,7 +64,7 @@ class Rig:
             cameras=self.cameras,
         )
         self.streams = self.service.streams(self, SyncSettings())
-        lanes = self.streams.lanes()
+        lanes = self.streams.make_lanes()
         assert isinstance(lanes.picture, VideoLane)
         self.lane, self.congestion = lanes.picture, lanes.congestion
         self.camera_lanes = [one.lane for one in lanes.cameras]
@@ -289,7 +289,7 @@ async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
     assert alone["reason"] == "your share of the robot's upload carries about 580 kbit/s"
     assert rig.service.has_room
     other = rig.service.streams(rig, SyncSettings())
-    other.lanes()
+    other.make_lanes()
     other.want(sound=True, picture=True, size="640x480", policy=None)
     await rig.run(4.0)
     assert rig.streams.status().entry["rendition"] == "320x240 at 120 kbit/s"
@@ -303,7 +303,7 @@ async def test_messages_are_part_of_a_share_of_the_upload() -> None:
     rig = Rig(upload_bps=1_400_000)
     rig.begin()
     other = rig.service.streams(rig, SyncSettings())
-    drawn = other.lanes().congestion
+    drawn = other.make_lanes().congestion
     other.want(sound=True, picture=False, size="640x480", policy=None)
     promised_bps = []
     for size_bytes in (0, 1000):

@@ -43,7 +43,7 @@ class Liar:
             audio=rig.audio,
         )
         self.streams = service.streams(self, SyncSettings())
-        lanes = self.streams.lanes()
+        lanes = self.streams.make_lanes()
         lanes.congestion.negotiated(has_feedback=True)
         self._tap = TransportTap(lanes.congestion, rig.clock.now_s, lambda: None)
         self._transport = Transport()

@@ -80,7 +80,7 @@ class BaselineStreams:
 
     # --- the peer's life -------------------------------------------------------------------
 
-    def lanes(self) -> Lanes:
+    def make_lanes(self) -> Lanes:
         self.release()
         self._reset()
         picture: UnitLane[EncodedPicture] = UnitLane()

@@ -131,7 +131,7 @@ class Entry:
         if viewer is None:
             viewer = self._enter(visitor, grant, tab, number)
         viewer.update_access(visitor, grant)
-        lanes = viewer.lanes()
+        lanes = viewer.make_lanes()
         peer = Peer(
             network=self._network,
             meter=self._network.meter(visitor.address, lambda: self._is_trusted(viewer)),

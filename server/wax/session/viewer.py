@@ -182,13 +182,13 @@ class Viewer:
 
     # --- the peer's life -------------------------------------------------------------------
 
-    def lanes(self) -> Lanes:
+    def make_lanes(self) -> Lanes:
         """Make lanes for a new peer and release those of the previous one."""
         self.release()
         self.link = LinkMonitor(self._clock.now_s())
         self._beats = Beats()
         self.boundary = self._make_boundary()
-        return self.streams.lanes()
+        return self.streams.make_lanes()
 
     def release(self) -> None:
         """Release the lanes; safe to call twice."""

@@ -24,7 +24,7 @@ _ASK_AGAIN_S: Final = 1.0
 
 
 class CameraFeeds:
-    """Lives as long as the viewer; `lanes` makes new lanes for a new peer."""
+    """Lives as long as the viewer; `make_lanes` is called for each new peer."""
 
     def __init__(self, cameras: Sequence[Camera]) -> None:
         self._cameras = cameras
@@ -43,7 +43,7 @@ class CameraFeeds:
         self._sent: list[Step | None] = [None] * len(self._cameras)
         self._asked_s = [float("-inf")] * len(self._cameras)
 
-    def lanes(self, boundary: ErrorBoundary) -> list[CameraLane]:
+    def make_lanes(self, boundary: ErrorBoundary) -> list[CameraLane]:
         """Make lanes for a new peer, after `release`."""
         self._reset()
         self._lanes = [one.hub.add(boundary) for one in self._cameras]

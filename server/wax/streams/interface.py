@@ -109,7 +109,7 @@ class Streams(Protocol):
     No method raises for anything that a page does or omits.
     """
 
-    def lanes(self) -> Lanes:
+    def make_lanes(self) -> Lanes:
         """Make lanes for a new peer, and release those of the last one."""
         ...
 

@@ -103,13 +103,13 @@ class LiveStreams:
 
     # --- the peer's life -------------------------------------------------------------------
 
-    def lanes(self) -> Lanes:
+    def make_lanes(self) -> Lanes:
         self.release()
         self._reset()
         self._picture_lane = self._video.add(self._page.boundary)
         self._sound_lane = self._audio.add(self._page.boundary)
         self._prioritise()
-        cameras = self._cameras.lanes(self._page.boundary)
+        cameras = self._cameras.make_lanes(self._page.boundary)
         return Lanes(self._picture_lane, self._sound_lane, self._congestion, cameras)
 
     def _prioritise(self) -> None:
