@@ -55,7 +55,7 @@ class Rig:
     def send(self, message: BaseModel) -> None:
         self.told.append(message)
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         raise AssertionError("the thesis's roll-back is the server's work")
 
     def _take(self, lanes: Lanes) -> None:

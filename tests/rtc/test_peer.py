@@ -644,7 +644,7 @@ async def test_firefox_gets_a_range_of_playout_delays(
     """Firefox, which does not report pictures shown at once, gets a range of playout delays."""
     picture = pair.peer._picture
     picture.shows_at_once = at_once
-    pair.peer.hold_back(0)
+    pair.peer.set_playout_delay(0)
     assert picture._playout_delay == rtp.PlayoutDelay(0, most_10ms)
-    pair.peer.hold_back(50)
+    pair.peer.set_playout_delay(50)
     assert picture._playout_delay == rtp.PlayoutDelay(5, 5)

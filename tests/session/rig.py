@@ -134,7 +134,7 @@ class FakePeer:
             self.room = message
         self.sent.append(message)
 
-    def hold_back(self, least_ms: float) -> bool:  # its browser cannot
+    def set_playout_delay(self, least_ms: float) -> bool:  # its browser cannot
         return False
 
     def abandon(self) -> None:

@@ -303,7 +303,7 @@ class ThesisPage:
         self.boundary = ended.boundary
         self.send: Callable[[object], None] = lambda _message: None
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         return False
 
 

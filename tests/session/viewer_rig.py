@@ -75,7 +75,7 @@ class FakeRoom:
     def media_time(self, kind: str, rtp: int) -> int:  # as a real peer does
         return rtp - 1000
 
-    def hold_back(self, least_ms: float) -> bool:  # its browser cannot
+    def set_playout_delay(self, least_ms: float) -> bool:  # its browser cannot
         return False
 
 

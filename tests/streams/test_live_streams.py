@@ -42,7 +42,7 @@ class Rig:
     """A viewer behind a link of `rate_bps`; only time, encoders and the wire are simulated."""
 
     rate_bps: float = 20e6
-    takes_hold_back: bool = True
+    takes_playout_delay: bool = True
     upload_bps: float = 0
     channels: int = 1
     cameras: Sequence[Camera] = ()
@@ -80,9 +80,9 @@ class Rig:
     def send(self, message: BaseModel) -> None:
         self.told.append(message)
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         self.held_ms.append(least_ms)
-        return self.takes_hold_back
+        return self.takes_playout_delay
 
     def all(self, kind: type[BaseModel]) -> list[Any]:
         return [message for message in self.told if isinstance(message, kind)]
@@ -418,7 +418,7 @@ async def test_the_picture_is_held_back_by_the_server_where_the_browser_takes_it
 
 async def test_the_page_holds_the_picture_back_where_its_browser_does_not() -> None:
     """Without the header extension the hold-back is the target of the browser's buffer."""
-    rig = Rig(takes_hold_back=False)
+    rig = Rig(takes_playout_delay=False)
     rig.begin()
     for _ in range(8):
         rig.report(sound_ms=120.0, picture_ms=40.0)

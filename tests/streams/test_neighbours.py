@@ -57,7 +57,7 @@ class Liar:
 
     def send(self, message: BaseModel) -> None: ...
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         return True
 
     def lie(self) -> None:

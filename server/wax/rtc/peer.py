@@ -184,9 +184,9 @@ class Peer:
         senders = (*self._senders.values(), *self._cameras)
         return not self._closed and not any(one.failed for one in senders)
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         """Set the browser's least playout delay for pictures; False if it supports none."""
-        return self._picture.hold_back(least_ms)
+        return self._picture.set_playout_delay(least_ms)
 
     def send(self, channel: Channel, text: str) -> None:
         """Send, or drop the text if the channel is not open or has too long a backlog."""
@@ -245,7 +245,7 @@ class Peer:
                 continue
             sender = self._camera(number, camera)
             sender.shows_at_once = self._picture.shows_at_once
-            sender.hold_back(0.0)
+            sender.set_playout_delay(0.0)
             self._cameras.append(sender)
 
     def _camera(self, number: int, camera: CameraLane) -> CameraSender:

@@ -77,7 +77,7 @@ class PictureSender(Sender):
         """Whether a picture is leaving or waiting, or a retransmission is waiting."""
         return self._under_way is not None or bool(self._requested) or not self._lane.is_empty
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         """Set the browser's playout delay for pictures; False if it supports none."""
         # Two zeros make Chromium show a picture at once (its low-latency renderer). The values
         # are equal because Chromium would choose within a range.

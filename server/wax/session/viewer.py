@@ -317,9 +317,9 @@ class Viewer:
             self._drive_sent = self.drive_status, now_s
             self.send(self.drive_status)
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         """Make the browser hold pictures back for at least this long; False if it cannot."""
-        return self.peer is not None and self.peer.hold_back(least_ms)
+        return self.peer is not None and self.peer.set_playout_delay(least_ms)
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         """Apply the policy of a new role, without interrupting the streams."""

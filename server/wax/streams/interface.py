@@ -98,7 +98,7 @@ class Page(Protocol):
         """Send on the reliable channel."""
         ...
 
-    def hold_back(self, least_ms: float) -> bool:
+    def set_playout_delay(self, least_ms: float) -> bool:
         """Delay pictures in the browser; False if it does not accept a delay from the server."""
         ...
 

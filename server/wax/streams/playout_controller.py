@@ -41,7 +41,7 @@ class PlayoutController:
 
     def connected(self) -> None:
         """Show pictures at once until the sound has been measured."""
-        self._hold_back(0.0)
+        self._delay_pictures(0.0)
 
     def ready(self) -> None:
         """Send the targets to the page, once the data channels are open."""
@@ -80,7 +80,7 @@ class PlayoutController:
         if self._targets is not None and not _moved(self._targets, targets):
             return
         self._targets = targets
-        by_server = self._hold_back(targets.picture_ms or 0.0)
+        by_server = self._delay_pictures(targets.picture_ms or 0.0)
         self._page.send(
             messages.Playout(
                 policy=self._policy.name,
@@ -91,9 +91,9 @@ class PlayoutController:
             )
         )
 
-    def _hold_back(self, least_ms: float) -> bool:
+    def _delay_pictures(self, least_ms: float) -> bool:
         self._held_ms = least_ms
-        return self._page.hold_back(least_ms)
+        return self._page.set_playout_delay(least_ms)
 
 
 def _moved(old: PlayoutTargets, new: PlayoutTargets) -> bool:
