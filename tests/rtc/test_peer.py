@@ -152,8 +152,8 @@ class Events:
     def ready(self) -> None:
         self._note("ready")
 
-    def moved(self) -> None:
-        self._note("moved")
+    def network_changed(self) -> None:
+        self._note("network_changed")
 
     def received(self, channel: str, data: str | bytes) -> None:
         self._note(f"received {channel}", data)
@@ -361,7 +361,7 @@ async def test_a_browser_that_changes_its_address_continues(
     pair.channels["state"].on("message", got.put_nowait)
     pair.channels["drive"].send("from elsewhere")
     assert await pair.events.wait("received drive") == "from elsewhere"
-    await pair.events.wait("moved")
+    await pair.events.wait("network_changed")
     assert forgotten == ["in flight"]
     pair.peer.send("state", "hello")
     assert await asyncio.wait_for(got.get(), 5) == "hello"
@@ -370,8 +370,8 @@ async def test_a_browser_that_changes_its_address_continues(
 async def test_only_a_connected_browser_can_move(pair: Pair) -> None:
     """A browser that is not connected has not moved: it may try one address after another."""
     await pair.peer.close()
-    pair.peer._moved()
-    assert "moved" not in dict(pair.events.seen)
+    pair.peer._network_changed()
+    assert "network_changed" not in dict(pair.events.seen)
 
 
 async def test_a_closed_link_holds_pictures_but_not_sound(pair: Pair) -> None:

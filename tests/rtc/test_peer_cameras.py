@@ -38,7 +38,7 @@ class Stuck(Pictures):
 class Noticing(Events):
     """Records which camera's keyframe is wanted."""
 
-    def moved(self) -> None: ...
+    def network_changed(self) -> None: ...
 
     def keyframe_wanted(self, camera: int | None = None) -> None:
         self._note("keyframe", camera)

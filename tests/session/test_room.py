@@ -160,9 +160,9 @@ async def test_an_operator_in_another_network_drives_on_by_a_new_press(rig: Rig)
         return isinstance(newest, Twist) and newest != Twist()
 
     assert [moves(1, 0.0), moves(2, 0.5)] == [False, True]
-    bob.events.moved()
+    bob.events.network_changed()
     assert moves(3, 0.5)
-    ada.events.moved()
+    ada.events.network_changed()
     assert rig.robot.told[-1] == "stop"
     assert [moves(4, 0.5), moves(5, 0.5), moves(6, 0.0), moves(7, 0.5)] == [False] * 3 + [True]
     turn = ada.last("room")["turn"]

@@ -272,7 +272,7 @@ def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.Mon
     monkeypatch.setattr(streams, "link_changed", lambda: calls.append(("streams", None)))
     monkeypatch.setattr(streams, "keyframe_wanted", lambda one: calls.append(("keyframe", one)))
     calls.clear()
-    connected.viewer.moved()
+    connected.viewer.network_changed()
     assert calls == [("moved", 7), ("streams", None), ("keyframe", None)]
     assert connected.viewer.link.one_way_s is None
     assert connected.viewer.link.silence_s(connected.clock.now_s()) == 0

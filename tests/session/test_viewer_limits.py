@@ -77,7 +77,7 @@ def test_streams_restart_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(streams, "keyframe_wanted", lambda _camera: calls.append("keyframe"))
     for _ in range(6000):
         connected.clock.time_s += 0.01
-        connected.viewer.moved()
+        connected.viewer.network_changed()
         connected.viewer.run_deferred(connected.clock.now_s())
     assert 60 <= calls.count("anew") <= 2 + 60
     assert 30 <= calls.count("keyframe") <= 8 + 30

@@ -38,7 +38,7 @@ class FakeRoom:
     def viewer_connected(self, viewer: Viewer) -> None:
         self.calls.append(("connected", viewer.number))
 
-    def viewer_moved(self, viewer: Viewer) -> None:
+    def viewer_changed_network(self, viewer: Viewer) -> None:
         self.calls.append(("moved", viewer.number))
 
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:

@@ -62,7 +62,7 @@ class PeerEvents(Protocol):
         """Both data channels are open."""
         ...
 
-    def moved(self) -> None:
+    def network_changed(self) -> None:
         """Handle a browser that has switched to another network."""
         ...
 
@@ -120,7 +120,7 @@ class Peer:
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
-        with network.reached(meter, weak_callback(self._moved)):
+        with network.reached(meter, weak_callback(self._network_changed)):
             self._pc = RTCPeerConnection(network.configuration())
             sound = self._transceiver("audio", receives=on_voice is not None)
             picture = self._transceiver("video")
@@ -150,7 +150,7 @@ class Peer:
         try:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
-            with self._network.reached(self._meter, weak_callback(self._moved)):
+            with self._network.reached(self._meter, weak_callback(self._network_changed)):
                 await self._add_cameras(offer)
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
@@ -299,11 +299,11 @@ class Peer:
         elif state in ("closed", "failed"):
             self.abandon()
 
-    def _moved(self) -> None:
+    def _network_changed(self) -> None:
         if self._pc.connectionState != "connected":
             return  # a connecting browser tries one address after another
         self._tap.forget()
-        self._events.moved()
+        self._events.network_changed()
 
     def _exceeded(self, why: str) -> None:
         _LOG.warning("SCTP limits exceeded; closing the peer", why=why)

@@ -249,7 +249,7 @@ class Room:
             viewer.send_text(room_change.text_of(messages.RoomChange(viewers=[own], gone=[])))
         self._viewers.changed()
 
-    def viewer_moved(self, viewer: Viewer) -> None:
+    def viewer_changed_network(self, viewer: Viewer) -> None:
         """Let an operator drive on, but only by a new press, as after any other loss."""
         self._control.lost(viewer.number)
         self._control.returned(viewer.number)

@@ -84,7 +84,7 @@ class ViewerEvents(Protocol):
 
     def viewer_connected(self, viewer: Viewer) -> None: ...
 
-    def viewer_moved(self, viewer: Viewer) -> None: ...
+    def viewer_changed_network(self, viewer: Viewer) -> None: ...
 
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None: ...
 
@@ -224,9 +224,9 @@ class Viewer:
         self._events.viewer_connected(self)
         self.streams.ready()
 
-    def moved(self) -> None:
+    def network_changed(self) -> None:
         self.link = LinkMonitor(self._clock.now_s())  # the other network had another delay
-        self._events.viewer_moved(self)
+        self._events.viewer_changed_network(self)
         self._moves.submit(None, self._clock.now_s())
 
     def _restart_streams(self, _moved: None) -> None:
