@@ -301,7 +301,7 @@ def test_the_policy_follows_reports_and_role() -> None:
         connected.viewer.received("drive", report)
     playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
     assert playout[-1]["picture_target_ms"] > 220
-    connected.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60), drives=False)
+    connected.viewer.set_role(SyncSettings(policy="video-first", audio_mu_ms=60), drives=False)
     playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
     assert (playout[-1]["policy"], playout[-1]["picture_target_ms"]) == ("video-first", 0.0)
     assert connected.viewer.streams.status().entry["sound_mu_ms"] == 60

@@ -321,7 +321,7 @@ class Viewer:
         """Make the browser hold pictures back for at least this long; False if it cannot."""
         return self.peer is not None and self.peer.set_playout_delay(least_ms)
 
-    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
+    def set_role(self, sync: SyncSettings, *, drives: bool) -> None:
         """Apply the policy of a new role, without interrupting the streams."""
         self.streams.set_role(sync, drives=drives)
 

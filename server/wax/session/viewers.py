@@ -105,7 +105,9 @@ class Viewers:
         for viewer in filter(None, map(self.numbered, roles)):
             drives = viewer.number == self._turns.operator
             with viewer.boundary:
-                viewer.follow(self._sync.operator if drives else self._sync.observer, drives=drives)
+                viewer.set_role(
+                    self._sync.operator if drives else self._sync.observer, drives=drives
+                )
         self.changed()
 
     def _notify(self, number: int, sentence: Sentence) -> None:
