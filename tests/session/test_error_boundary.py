@@ -147,7 +147,7 @@ def _break_follow(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
 def _break_link(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
     link = viewer.link
     broken = _broken(one_way_s=fail, newest_s=lambda _: None)
-    broken.heard, broken.silence_s = link.heard, link.silence_s
+    broken.record_arrival, broken.silence_s = link.record_arrival, link.silence_s
     patch.setattr(viewer, "link", broken)
 
 

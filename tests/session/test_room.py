@@ -855,7 +855,7 @@ async def test_a_turn_changes_the_policy_of_its_operator_alone(
     for viewer in rig.viewers:
         monkeypatch.setattr(
             viewer,
-            "follow",
+            "set_role",
             lambda _, *, drives, number=viewer.number: followed.append((number, drives)),
         )
     ada.says(type="join")

@@ -264,8 +264,8 @@ def test_leaving_ends_encoding_that_nobody_else_wants() -> None:
 def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """The room is told first, which stops the robot; and the delay is measured anew."""
     connected = connect()
-    connected.viewer.link.pinged(1, None, None, 100.0)
-    connected.viewer.link.pinged(2, 1, 0.0, 100.1)
+    connected.viewer.link.handle_ping(1, None, None, 100.0)
+    connected.viewer.link.handle_ping(2, 1, 0.0, 100.1)
     assert connected.viewer.link.one_way_s == pytest.approx(0.05)
     calls = connected.room.calls
     streams = connected.viewer.streams

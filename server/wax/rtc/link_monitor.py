@@ -19,20 +19,20 @@ class LinkMonitor:
     """
 
     def __init__(self, now_s: float) -> None:
-        self.heard_s = now_s
+        self.last_arrival_s = now_s
         self._pongs = BoundedDict[int, float](_PONGS)
         self._round_trips: deque[tuple[float, float]] = deque()
         self.newest_s: float | None = None
         """The newest round trip, with any queueing; None before the first."""
 
-    def heard(self, now_s: float) -> None:
+    def record_arrival(self, now_s: float) -> None:
         """Record that something arrived."""
-        self.heard_s = max(self.heard_s, now_s)
+        self.last_arrival_s = max(self.last_arrival_s, now_s)
 
     def silence_s(self, now_s: float) -> float:
-        return now_s - self.heard_s
+        return now_s - self.last_arrival_s
 
-    def pinged(
+    def handle_ping(
         self, ping: int, pong: int | None, held_ms: float | None, now_s: float
     ) -> float | None:
         """Handle a ping that is answered now; return the round trip in s if it completes one."""

@@ -215,12 +215,12 @@ class Viewer:
                 await self.peer.close()
 
     def connected(self) -> None:
-        self.link.heard(self._clock.now_s())
+        self.link.record_arrival(self._clock.now_s())
         self.streams.connected()
 
     def ready(self) -> None:
         self.is_ready = self.was_ready = True
-        self.link.heard(self._clock.now_s())
+        self.link.record_arrival(self._clock.now_s())
         self._events.viewer_connected(self)
         self.streams.ready()
 
@@ -335,7 +335,7 @@ class Viewer:
         if self.peer is None:
             return
         now_s = self._clock.now_s()
-        self.link.heard(now_s)
+        self.link.record_arrival(now_s)
         if not self._limits[channel].take(now_s) and not _is_stop(channel, data):
             self._counters.add("messages over the rate")
             return
@@ -380,7 +380,7 @@ class Viewer:
                 self._operate(message, now_s)
                 self._send_beat(now_s)
             case messages.Ping():
-                round_trip_s = self.link.pinged(
+                round_trip_s = self.link.handle_ping(
                     message.id, message.pong_id, message.pong_held_ms, now_s
                 )
                 if round_trip_s is not None:
