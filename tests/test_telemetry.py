@@ -12,7 +12,7 @@ import pytest
 import structlog
 from structlog.testing import capture_logs
 
-from wax.config.settings import LogSettings
+from wax.config.log import LogSettings
 from wax.telemetry import Counters, CountRates, configure_logs, quiet_logs
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.access.access import Access
 from wax.access.admission import Grant, Visitor
-from wax.config.settings import AccessSettings
+from wax.config.access import AccessSettings
 
 if TYPE_CHECKING:
     from wax.clock import Clock

@@ -14,7 +14,8 @@ from wax.capture.testcard import TestCardAudio, TestCardVideo
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import AudioSettings, VideoSettings
+    from wax.config.audio import AudioSettings
+    from wax.config.video import VideoSettings
 
 LIE_MS: Final = 100
 

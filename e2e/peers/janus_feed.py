@@ -13,7 +13,7 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 from e2e.peers.media import BITRATE_BPS, sources
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.congestion.allocation import SoundEncoding
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder

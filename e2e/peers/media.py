@@ -20,7 +20,8 @@ from av import AudioFrame, VideoFrame
 from wax.capture.source import SAMPLE_RATE_HZ
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import SystemClock
-from wax.config.settings import AudioSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.video import VideoSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -24,7 +24,7 @@ from wax.errors import SourceError
 if TYPE_CHECKING:
     from wax.capture.source import Picture
     from wax.clock import Clock
-    from wax.config.settings import VideoSettings
+    from wax.config.video import VideoSettings
 
 CONTROL: Final = "WAX_FAULTS_CAMERA"
 SOURCE: Final = f"{__name__}:Camera"

@@ -91,7 +91,9 @@ if TYPE_CHECKING:
 
     from wax.capture.source import Picture, Sound
     from wax.clock import Clock
-    from wax.config.settings import RoleSyncSettings, ServerSettings, Settings
+    from wax.config.server import ServerSettings
+    from wax.config.settings import Settings
+    from wax.config.sync import RoleSyncSettings
     from wax.sentence import Sentence
     from wax.streams.interface import Service
 

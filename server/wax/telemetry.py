@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from structlog.typing import Processor
 
-    from wax.config.settings import LogSettings
+    from wax.config.log import LogSettings
 
 
 _STANDARD_ERROR: Final = 2

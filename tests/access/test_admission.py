@@ -18,8 +18,8 @@ from wax.access.admission import (
     Grant,
     Visitor,
 )
+from wax.config.access import AccessSettings
 from wax.config.opening_hours import OpeningHours
-from wax.config.settings import AccessSettings
 from wax.errors import FullError, NotAdmittedError
 
 MONDAY_S = datetime(2026, 11, 23, 12, 0, tzinfo=UTC).timestamp()

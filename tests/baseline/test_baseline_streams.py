@@ -15,8 +15,9 @@ from wax.baseline.streams import BaselineService, BaselineStreams, thesis_video
 from wax.baseline.unit_hub import UnitHub
 from wax.baseline.unit_lane import UnitLane
 from wax.capture.source import BLOCK_SAMPLES, Sound
-from wax.config.settings import SyncSettings, VideoSettings
+from wax.config.sync import SyncSettings
 from wax.config.thesis import ThesisSettings
+from wax.config.video import VideoSettings
 from wax.encode.encoded import EncodedPicture, SoundUnit
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import messages

@@ -16,7 +16,7 @@ from tests.turned_clock import TurnedClock
 from wax.capture import camera as camera_module
 from wax.capture.camera import OpenCvCamera, open_device
 from wax.clock import SystemClock
-from wax.config.settings import VideoSettings
+from wax.config.video import VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:

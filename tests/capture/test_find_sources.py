@@ -16,7 +16,9 @@ from wax.capture.find_sources import Sources, make_camera, make_sources, warn_of
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import Clock, SystemClock
-from wax.config.settings import AudioSettings, CameraSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.camera import CameraSettings
+from wax.config.video import VideoSettings
 from wax.driver.interface import Limits, RobotState, Twist
 from wax.errors import ConfigError
 

@@ -17,7 +17,8 @@ from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import SystemClock
 from wax.config import settings as config
-from wax.config.settings import AudioSettings, DrivingViewSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.video import DrivingViewSettings, VideoSettings
 from wax.errors import ConfigError, SourceError
 
 if TYPE_CHECKING:

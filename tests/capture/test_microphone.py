@@ -15,7 +15,7 @@ from wax.capture import microphone
 from wax.capture import portaudio as portaudio_module
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.portaudio import load_portaudio
-from wax.config.settings import AudioSettings
+from wax.config.audio import AudioSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:

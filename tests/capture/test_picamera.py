@@ -14,7 +14,7 @@ from wax.capture.find_sources import _Files, _find_video
 from wax.capture.list_devices import _can_capture, list_modules
 from wax.capture.picamera import PiCamera, load_picamera2, planar
 from wax.clock import SystemClock
-from wax.config.settings import VideoSettings
+from wax.config.video import VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:

@@ -16,7 +16,8 @@ from tests.examples import examples
 
 from wax.capture.source import Picture, Sound
 from wax.capture.testcard import STAMP_MODULUS, TestCardAudio, TestCardVideo, crc8
-from wax.config.settings import AudioSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.video import VideoSettings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,7 +14,9 @@ from wax.capture.source import Picture
 from wax.capture.testcard import TestCardVideo
 from wax.capture.upright import Upright, turned
 from wax.clock import Clock, SystemClock
-from wax.config.settings import AudioSettings, CameraSettings, DrivingViewSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.camera import CameraSettings
+from wax.config.video import DrivingViewSettings, VideoSettings
 from wax.driver.interface import Limits, RobotState, Twist
 
 RANDOM = np.random.default_rng(7).integers(0, 255, (48 * 3 // 2, 64), dtype=np.uint8)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from wax.cluster.room_directory import Occupancy, choose, person, published, upload_left_bps
 from wax.config.publish import PublishSettings
-from wax.config.settings import RenditionSettings, VideoSettings
+from wax.config.video import RenditionSettings, VideoSettings
 from wax.errors import StartError
 
 

@@ -13,7 +13,8 @@ from wax import plugin
 from wax.__main__ import main
 from wax.config import driver_tables
 from wax.config import settings as config
-from wax.config.settings import RobotSettings
+from wax.config.log import LogSettings
+from wax.config.robot import RobotSettings
 from wax.errors import ConfigError
 from wax.robot.process.pipe_messages import Begin, decode_begin, encode
 
@@ -102,7 +103,7 @@ def test_a_driver_gets_its_own_table(driver: str) -> None:
     tree = tomllib.loads(f"[robot]\ndriver = '{driver}'\n[robot.tank]\nbus = 3\nnames = ['a']\n")
     robot = config.parse(tree, "robot.toml").robot
     settings = plugin.load_class(driver, plugin.DRIVERS, "").Settings
-    line = encode(Begin(robot=robot, log=config.LogSettings()))
+    line = encode(Begin(robot=robot, log=LogSettings()))
     for one in (robot, decode_begin(line).robot):
         own = one.own(settings)
         assert (own.bus, own.names, own.gear, own.track.teeth) == (3, ["a"], "low", 12)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -11,11 +11,14 @@ from wax.config import settings as config
 from wax.errors import ConfigError
 from wax.robot.serial.advice import advised
 
+if TYPE_CHECKING:
+    from wax.config.serial import SerialSettings
+
 CONFIG = Path(__file__).parents[2] / "config"
 GOOD: dict[str, Any] = {"drive": "m {left} {right}\r", "per_mps": 1000.0}
 
 
-def parsed(text: dict[str, Any], **serial: Any) -> config.SerialSettings:
+def parsed(text: dict[str, Any], **serial: Any) -> SerialSettings:
     tree = {"robot": {"serial": {"dialect": "text", "text": text} | serial}}
     return config.parse(tree, "x").robot.serial
 

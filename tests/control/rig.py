@@ -10,7 +10,9 @@ from tests.control.rules import VOUCHED
 from tests.turned_clock import Turnable, TurnedClock
 
 from wax.clock import Clock, SystemClock
-from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
+from wax.config.drive import DriveSettings
+from wax.config.robot import RobotSettings
+from wax.config.turns import TurnSettings
 from wax.control.command import Command
 from wax.control.loop import ControlLoop
 from wax.control.turns import TurnEvent, Turns

@@ -15,7 +15,8 @@ from tests.control.rig import AGILE, AHEAD, A, B, Bench, FakeDriver, make_loop
 from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
-from wax.config.settings import DriveSettings, RobotSettings
+from wax.config.drive import DriveSettings
+from wax.config.robot import RobotSettings
 from wax.control.command import Command
 from wax.control.reasons import ABOARD, Hold, Limit, Refusal, stopped_by
 from wax.control.safe_driver import NOT_CONNECTED

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from wax.config.settings import TurnSettings
+from wax.config.turns import TurnSettings
 from wax.control.fairness import WINDOW_S, Fairness, Person
 
 ANN, BOB = Person("ann", "home"), Person("bob", "school")

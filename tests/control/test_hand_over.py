@@ -21,7 +21,8 @@ from tests.control.rig import make_loop
 from tests.examples import share_of
 from tests.turned_clock import TurnedClock
 
-from wax.config.settings import DriveSettings, TurnSettings
+from wax.config.drive import DriveSettings
+from wax.config.turns import TurnSettings
 from wax.control.command import Command
 from wax.control.turn_time import MAX_PAUSE_S
 from wax.control.turns import TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted

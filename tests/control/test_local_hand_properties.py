@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.control import local_hand
 from wax.control.local_hand import HandRules, HandState
 from wax.driver.hand import HandReading

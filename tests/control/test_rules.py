@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from wax.config.settings import DriveSettings, RobotSettings
+from wax.config.drive import DriveSettings
+from wax.config.robot import RobotSettings
 from wax.control.rules import Rules
 from wax.driver.interface import Limits
 

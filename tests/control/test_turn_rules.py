@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from wax.config.settings import TurnSettings
+from wax.config.turns import TurnSettings
 from wax.control.fairness import Person
 from wax.control.turns import (
     COMES_S,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from wax.config.settings import TurnSettings
+from wax.config.turns import TurnSettings
 from wax.control.turns import PlaceLost, TurnEnded, TurnRenewed, Turns, TurnStarted, Why
 
 A, B, C = 1, 2, 3

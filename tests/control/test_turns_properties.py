@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 from tests.examples import examples
 
-from wax.config.settings import TurnSettings
+from wax.config.turns import TurnSettings
 from wax.control.fairness import Person
 from wax.control.turn_time import MAX_PAUSE_S
 from wax.control.turns import (

@@ -25,7 +25,7 @@ from tests.free_port import free_port
 
 from wax.clock import SystemClock
 from wax.commands.doctor.addresses import own_addresses
-from wax.config.settings import ServerSettings
+from wax.config.server import ServerSettings
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
 from wax.web.routes import _tell_errors

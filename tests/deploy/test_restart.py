@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from wax.capture.source import Picture
     from wax.clock import Clock
-    from wax.config.settings import VideoSettings
+    from wax.config.video import VideoSettings
 
 pytestmark = pytest.mark.system
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from wax.capture.source import Picture
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.encode.hardware import Hardware
 
 SMALL: Final = RenditionSettings(width=160, height=120, fps=30, bitrate_bps=200_000)

@@ -10,7 +10,7 @@ from structlog.testing import capture_logs
 from tests.encode.encoders import GOOD, LARGE, SMALL, picture
 
 from wax.config import settings as config
-from wax.config.settings import RenditionSettings, VideoSettings
+from wax.config.video import RenditionSettings, VideoSettings
 from wax.encode import choice
 from wax.encode.choice import Encoders, choose
 from wax.encode.hardware import HardwareEncoder, HardwareError

@@ -18,7 +18,7 @@ from tests.examples import at_length, examples
 
 from wax.capture.letterbox import black, planes
 from wax.capture.source import Picture
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.encode.hardware import HardwareEncoder
 from wax.encode.video_encoder import IntraEncoder, PictureEncoder, VideoEncoder, resize_i420
 

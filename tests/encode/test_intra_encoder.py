@@ -10,7 +10,8 @@ import numpy as np
 from wax.baseline.streams import thesis_video
 from wax.capture.testcard import TestCardVideo
 from wax.clock import SystemClock
-from wax.config.settings import Settings, VideoSettings
+from wax.config.settings import Settings
+from wax.config.video import VideoSettings
 from wax.encode.video_encoder import IntraEncoder
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.capture.newest_slot import NewestSlot
 from wax.capture.source import Picture
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.encode.encoded import EncodedPicture
 from wax.encode.rendition import Rendition
 

@@ -10,7 +10,7 @@ import pytest
 from tests.encode.encoders import GOOD, HIGH, LARGE, LATE, SMALL
 
 from wax.capture.source import Picture
-from wax.config.settings import VideoSettings
+from wax.config.video import VideoSettings
 from wax.encode.hardware import HARDWARE, Hardware, HardwareEncoder, HardwareError
 from wax.encode.trial import likeness, run, waves
 from wax.encode.trials import try_all
@@ -18,7 +18,7 @@ from wax.encode.trials import try_all
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from wax.config.settings import RenditionSettings
+    from wax.config.video import RenditionSettings
 
 
 def patient(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:

@@ -14,7 +14,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.capture.source import Picture
 from wax.clock import SystemClock
-from wax.config.settings import RenditionSettings, VideoSettings
+from wax.config.video import RenditionSettings, VideoSettings
 from wax.encode.encoded import EncodedPicture
 from wax.fanout.video_hub import VideoHub
 

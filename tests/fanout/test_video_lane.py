@@ -12,7 +12,7 @@ from tests.encode.test_encoders import decoded
 from tests.examples import examples
 
 from wax.capture.source import Picture
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.encode.encoded import EncodedPicture
 from wax.encode.video_encoder import VideoEncoder
 from wax.fanout.video_lane import VideoLane

@@ -11,7 +11,7 @@ from e2e.harness.board import Board
 from e2e.harness.wait import eventually
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.serial.driver import SerialRobot
 

@@ -13,7 +13,7 @@ from tests.firmware.core import ROOT, power
 from tests.firmware.sketch import IS_WANTED, NO_SERVOS, changed
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.serial.driver import SerialRobot
 

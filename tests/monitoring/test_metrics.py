@@ -13,7 +13,7 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 from tests.turned_clock import TurnedClock
 
-from wax.config.settings import MetricSettings
+from wax.config.metrics import MetricSettings
 from wax.control.lateness import Lateness
 from wax.control.picture_clock import PictureClock
 from wax.errors import StartError

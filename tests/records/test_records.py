@@ -24,7 +24,7 @@ from tests.until import until
 
 from wax import state_dir
 from wax.clock import SystemClock
-from wax.config.settings import RecordSettings
+from wax.config.records import RecordSettings
 from wax.records import schema, writer
 from wax.records.entries import Ban, HostCookie, Invited, Lasting, LinkSummary, RecordedPerson
 from wax.records.file import open_for_reading, open_for_writing
@@ -357,7 +357,7 @@ def test_what_is_on_its_way_is_counted(path: Path, monkeypatch: pytest.MonkeyPat
 _FULL = """
 import resource, sys, time
 from wax.clock import SystemClock
-from wax.config.settings import RecordSettings
+from wax.config.records import RecordSettings
 from wax.records import writer
 from wax.records.entries import RecordedPerson
 from wax.records.opening import open_records

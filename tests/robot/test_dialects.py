@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from wax.config.settings import BytesDialectSettings, RobotSettings
+from wax.config.robot import RobotSettings
+from wax.config.serial import BytesDialectSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames import (

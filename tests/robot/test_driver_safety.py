@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import pytest
 
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.find_driver import make_driver, make_robot
 from wax.robot.serial.frames import DriveBody, HelloBody, StopBody

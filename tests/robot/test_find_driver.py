@@ -11,7 +11,8 @@ from tests.examples import at_length
 
 from wax.clock import SystemClock
 from wax.config.controls import ControlSettings
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker
 from wax.errors import ConfigError
 from wax.robot.find_driver import NO_WATCHDOG, NOT_BUILT, make_driver, make_robot

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.robot.test_dialects import Robot, connected, framed, going, says
 
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import Pose
 from wax.robot.serial.frames import NO_SESSION, DriveBody, HelloBody, StopBody
 from wax.robot.serial.frames_dialect import FramesDialect

@@ -14,7 +14,7 @@ import serial
 from tests.firmware.core import Core
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, RobotState, Twist
 from wax.robot.serial import frames_dialect
 from wax.robot.serial.driver import SerialRobot

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from wax.config.settings import SerialSettings
+from wax.config.serial import SerialSettings
 from wax.robot.serial.advice import NO_END, NO_TTL, advised
 
 

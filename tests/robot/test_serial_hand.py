@@ -12,7 +12,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from wax.clock import SystemClock
-from wax.config.settings import LocalSettings
+from wax.config.local import LocalSettings
 from wax.driver.hand import HandReading
 from wax.robot.hand.line import encode
 from wax.robot.hand.serial_hand import SerialHand

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.clock import SystemClock
-from wax.config.settings import ActSettings, LocalSettings, RobotSettings
+from wax.config.local import ActSettings, LocalSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.process.driver_watchdog import NEUTRAL_FIRST
 from wax.robot.simulated.chair import SimulatedChair

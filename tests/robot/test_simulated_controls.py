@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from wax.clock import SystemClock
-from wax.config.settings import LocalSettings, RobotSettings, VideoSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
+from wax.config.video import VideoSettings
 from wax.driver.interface import STANDSTILL, HasControls, Pose, Twist
 from wax.robot.find_driver import make_robot
 from wax.robot.simulated.chair import SimulatedChair

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings, VideoSettings
+from wax.config.robot import RobotSettings
+from wax.config.video import VideoSettings
 from wax.driver.interface import (
     HasCamera,
     HasExternalView,

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import Twist
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.simulation import Simulation

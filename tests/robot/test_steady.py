@@ -11,7 +11,7 @@ from tests.testing.robots import Robot
 from tests.until import until
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot import steady
 from wax.robot.steady import Reading, SteadyRobot

@@ -13,6 +13,7 @@ import pytest
 
 from wax.clock import SystemClock
 from wax.config import settings as config
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.serial.driver import SerialRobot
 
@@ -42,7 +43,7 @@ class Sketch:
         # The longest time-to-live, so that a busy machine does not count as silence.
         robot["serial"] |= {"url": str(folder / "port"), "reopen_s": 0.05, "ttl_ms": 1000}
         robot["serial"]["text"] |= text
-        self.settings = config.RobotSettings.model_validate(robot)
+        self.settings = RobotSettings.model_validate(robot)
         self.driver = SerialRobot(self.settings, SystemClock())
 
     def end(self) -> None:

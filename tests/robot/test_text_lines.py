@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.robot.serial.text_lines import MAX_LINE, Lines, Reports
 
 

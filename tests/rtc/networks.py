@@ -6,7 +6,8 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Literal
 
 from wax.clock import SystemClock
-from wax.config.settings import NetworkSettings, RelaySettings
+from wax.config.network import NetworkSettings
+from wax.config.relay import RelaySettings
 from wax.edge.budget import Budget, Rates
 from wax.edge.turnstile import Meter, Turnstile
 from wax.rtc.ice_servers import IceServers

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.clock import SystemClock
-from wax.config.settings import NetworkSettings, RelaySettings, Settings
+from wax.config.network import NetworkSettings
+from wax.config.relay import RelaySettings
+from wax.config.settings import Settings
 from wax.edge.turnstile import Turnstile
 from wax.errors import StartError
 from wax.rtc.ice_servers import IceServers

@@ -16,7 +16,7 @@ from tests.examples import at_length
 from tests.rtc.vp8_receiver import Arrived, Receiver
 
 from wax.capture.source import Picture
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.encode.video_encoder import VideoEncoder
 from wax.rtc.payload.vp8 import DESCRIPTOR_BYTES, Vp8Packetizer
 

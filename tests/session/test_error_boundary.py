@@ -17,8 +17,8 @@ from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.cluster.cluster import Cluster
-from wax.config.settings import VideoSettings
 from wax.config.thesis import ThesisSettings
+from wax.config.video import VideoSettings
 from wax.congestion.allocation import SoundEncoding
 from wax.control.turns import Turns
 from wax.encode.encoded import EncodedPicture

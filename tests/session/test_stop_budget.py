@@ -11,7 +11,7 @@ from tests.heard_events import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
-from wax.config.settings import StopSettings
+from wax.config.stop import StopSettings
 from wax.control.gate import Refusal
 from wax.errors import ForbiddenError
 from wax.records.file import open_for_reading

@@ -17,7 +17,8 @@ from tests.session.viewer_rig import (
     want_message,
 )
 
-from wax.config.settings import SyncSettings, VideoSettings
+from wax.config.sync import SyncSettings
+from wax.config.video import VideoSettings
 from wax.control.reasons import Refusal
 from wax.protocol import messages
 from wax.streams.live import LiveService, LiveStreams

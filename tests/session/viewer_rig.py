@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, cast
 from tests.turned_clock import TurnedClock
 from tests.visitors import EVERYTHING, TAB, visitor
 
-from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.sync import SyncSettings
+from wax.config.video import VideoSettings
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.session.viewer import Viewer

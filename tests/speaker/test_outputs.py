@@ -13,7 +13,8 @@ from tests.speaker.spoken import loudest_hz, tone
 
 from wax.capture import portaudio
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings, VoiceSettings
+from wax.config.robot import RobotSettings
+from wax.config.voice import VoiceSettings
 from wax.errors import ConfigError, SourceError, SpeakerError
 from wax.robot.serial.driver import SerialRobot
 from wax.robot.simulated.robot import SimulatedRobot

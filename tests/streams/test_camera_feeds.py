@@ -10,7 +10,7 @@ from tests.streams.test_live_streams import TOP, Rig
 from tests.turned_clock import TurnedClock
 
 from wax.capture.testcard import TestCardVideo
-from wax.config.settings import CameraSettings
+from wax.config.camera import CameraSettings
 from wax.fanout.camera import Camera
 from wax.protocol import messages
 

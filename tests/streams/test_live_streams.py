@@ -12,7 +12,9 @@ from tests.open_boundary import OpenFence
 from tests.turned_clock import TurnedClock
 
 from wax.capture.source import BLOCK_SAMPLES, Sound
-from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.sync import SyncSettings
+from wax.config.video import VideoSettings
 from wax.congestion.control import Delivery
 from wax.encode.encoded import EncodedPicture
 from wax.fanout.sound_hub import SoundHub

@@ -15,7 +15,8 @@ from tests.open_boundary import OpenFence
 from tests.rtc.browser_feedback import feedback_packet
 from tests.streams.test_live_streams import SIZES, Rig
 
-from wax.config.settings import AudioSettings, SyncSettings
+from wax.config.audio import AudioSettings
+from wax.config.sync import SyncSettings
 from wax.rtc.transport_tap import TransportTap
 from wax.streams.live import LiveService
 

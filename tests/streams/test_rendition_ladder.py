@@ -8,12 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config.settings import (
-    AudioSettings,
-    RenditionSettings,
-    SoundEncodingSettings,
-    VideoSettings,
-)
+from wax.config.audio import AudioSettings, SoundEncodingSettings
+from wax.config.video import RenditionSettings, VideoSettings
 from wax.congestion.allocation import SoundEncoding
 from wax.streams.rendition_ladder import RenditionLadder, refined
 

@@ -19,7 +19,8 @@ from tests.link.model import Direction
 from tests.link.profile import Profile, load
 from tests.sync.browser_model import Browser
 
-from wax.config.settings import Settings, SyncSettings
+from wax.config.settings import Settings
+from wax.config.sync import SyncSettings
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.control import Delivery, LinkEstimate

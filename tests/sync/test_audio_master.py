@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.config.settings import SyncSettings
+from wax.config.sync import SyncSettings
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.control import LinkEstimate
 from wax.sync.audio_master import AudioMaster

@@ -7,7 +7,7 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config.settings import SyncSettings
+from wax.config.sync import SyncSettings
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.control import LinkEstimate, LinkState
 from wax.sentence import says

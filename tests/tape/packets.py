@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from wax.capture.source import BLOCK_SAMPLES, Picture, Sound
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.congestion.allocation import SoundEncoding
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.web.test_preview_picture import encoded
 
 from wax.config.page import PageSettings
-from wax.config.settings import ServerSettings
+from wax.config.server import ServerSettings
 from wax.errors import NotForUsError
 from wax.web.branding import BrandedPage
 

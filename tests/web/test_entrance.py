@@ -25,7 +25,7 @@ from tests.turned_clock import TurnedClock, turn_loop
 from tests.until import async_until
 
 from wax.clock import SystemClock
-from wax.config.settings import ServerSettings
+from wax.config.server import ServerSettings
 from wax.errors import StartError
 from wax.web import built_page, connection, connection_limits, listening, tls, tls_gate, watch
 from wax.web.certificate import self_signed

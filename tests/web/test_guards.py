@@ -13,8 +13,10 @@ from tests.visitors import make_access
 from tests.web.test_host_names import FOREIGN, MALFORMED
 from tests.web.test_senders import FOREIGN as FOREIGN_ORIGINS
 
+from wax.config.network import NetworkSettings
 from wax.config.page import PageSettings
-from wax.config.settings import NetworkSettings, RelaySettings, ServerSettings
+from wax.config.relay import RelaySettings
+from wax.config.server import ServerSettings
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes

@@ -7,7 +7,7 @@ from functools import partial
 
 from tests.turned_clock import TurnedClock
 
-from wax.config.settings import ServerSettings
+from wax.config.server import ServerSettings
 from wax.edge.turnstile import Turnstile
 from wax.web.http_limits import HttpLimits
 

@@ -22,13 +22,11 @@ from tests.web.test_preview_picture import encoded
 
 from wax.access.access import Shown
 from wax.access.admission import Visitor
+from wax.config.network import NetworkSettings
 from wax.config.opening_hours import OpeningHours
 from wax.config.page import PageSettings
-from wax.config.settings import (
-    NetworkSettings,
-    RelaySettings,
-    ServerSettings,
-)
+from wax.config.relay import RelaySettings
+from wax.config.server import ServerSettings
 from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError, StartError
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from wax.access.admission import Grant
     from wax.access.keyring import Invitation, Purpose
     from wax.clock import Clock
-    from wax.config.settings import AccessSettings
+    from wax.config.access import AccessSettings
     from wax.records.records import Records
 
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from wax.access.keyring import Purpose
+    from wax.config.access import AccessSettings
     from wax.config.opening_hours import OpeningHours
-    from wax.config.settings import AccessSettings
 
 BAN_S: Final = 86_400.0
 BY_INVITATION: Final = Sentence("door.by_invitation")

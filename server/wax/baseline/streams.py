@@ -13,7 +13,7 @@ from wax.baseline.compensation import Compensation
 from wax.baseline.media_units import MediaUnit, Stream
 from wax.baseline.unit_lane import PictureIntake, UnitLane
 from wax.baseline.unit_sender import UnitSender
-from wax.config.settings import RenditionSettings, VideoSettings
+from wax.config.video import RenditionSettings, VideoSettings
 from wax.congestion.control import CongestionControl
 from wax.protocol import messages
 from wax.sentence import Sentence
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wax.baseline.unit_hub import UnitHub
     from wax.baseline.unit_sender import Decision, Mode
     from wax.clock import Clock
-    from wax.config.settings import SyncSettings
+    from wax.config.sync import SyncSettings
     from wax.config.thesis import ThesisSettings
     from wax.encode.encoded import EncodedPicture, EncodedSound, SoundUnit
     from wax.fanout.video_hub import VideoHub

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from wax.capture.file.address import Transport
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
-    from wax.config.settings import AudioSettings, CameraSettings, VideoSettings
+    from wax.config.audio import AudioSettings
+    from wax.config.camera import CameraSettings
+    from wax.config.video import VideoSettings
     from wax.driver.interface import Driver
 
 _LOG = structlog.get_logger(__name__)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from wax.clock import Clock
-    from wax.config.settings import AudioSettings
+    from wax.config.audio import AudioSettings
 
 _LOG = structlog.get_logger(__name__)
 

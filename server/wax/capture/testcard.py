@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from wax.clock import Clock
-    from wax.config.settings import AudioSettings, VideoSettings
+    from wax.config.audio import AudioSettings
+    from wax.config.video import VideoSettings
 
 COLUMNS: Final = 16
 ROWS: Final = 3

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from wax.capture.source import Picture, VideoSource
-    from wax.config.settings import VideoSettings
+    from wax.config.video import VideoSettings
 
 _FLIP: Final = {(True, True): -1, (True, False): 1, (False, True): 0}
 """OpenCV's flip code for (left and right, up and down)."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.config.publish import PublishSettings
-    from wax.config.settings import RenditionSettings
+    from wax.config.video import RenditionSettings
 
 _SMALL: Final = 0.25
 """The smaller of two renditions has at most this share of the larger one's bitrate."""

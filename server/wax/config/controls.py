@@ -6,7 +6,9 @@ import re
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from wax.config.table import ConfigTable, Name, check_apart
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,13 +29,6 @@ _TAKEN_BY_BROWSERS: Final = re.compile(
     r"Tab|Escape|CapsLock|Fn.*|F\d+|Unidentified|(Control|Alt|Meta|OS|Shift)(Left|Right)"
 )
 
-Name = Annotated[
-    str,
-    Field(
-        pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,15}$",
-        description="a name of at most 16 letters, digits and _, not beginning with a digit",
-    ),
-]
 Label = Annotated[
     str,
     Field(
@@ -59,11 +54,7 @@ _FROM_LOW_TO_HIGH: Final = ("stop_below", "warn_below", "warn_above", "stop_abov
 Bound = Annotated[float, Field(ge=-10_000, le=10_000)]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-class ControlSettings(_Table):
+class ControlSettings(ConfigTable):
     """`[[controls]]`: a button, switch, slider or choice that the page shows.
 
     A control that `moves` the robot, or a part of it, counts as driving: it must be held.
@@ -136,7 +127,7 @@ class ControlSettings(_Table):
         return self
 
 
-class GaugeSettings(_Table):
+class GaugeSettings(ConfigTable):
     """`[[gauges]]`: a number that the robot reports, with limits that warn or stop."""
 
     name: Name
@@ -185,10 +176,3 @@ def check_names(controls: Sequence[ControlSettings], gauges: Sequence[GaugeSetti
     check_apart(f"controls: two have the name {{}}; {own}", [one.name for one in controls])
     check_apart(f"controls: two have the key {{}}; {own}", [one.key for one in controls if one.key])
     check_apart(f"gauges: two have the name {{}}; {own}", [one.name for one in gauges])
-
-
-def check_apart(problem: str, names: list[str]) -> None:
-    """Raise `ValueError` with `problem` and the first duplicate name."""
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise ValueError(problem.format(twice))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from wax.config.table import ConfigTable
 
 if TYPE_CHECKING:
-    from wax.config.settings import ServerSettings
+    from wax.config.server import ServerSettings
 
 DoorHost = Annotated[
     str,
@@ -25,10 +27,8 @@ HostKey = Annotated[
 ]
 
 
-class DoorSettings(BaseModel):
+class DoorSettings(ConfigTable):
     """The door's address and host key, and this robot's key for it."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     host: DoorHost = ""
     port: Annotated[int, Field(ge=0, le=65535)] = 0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from pydantic import BaseModel, ConfigDict
+from wax.config.table import ConfigTable
 
 
-class DriverSettings(BaseModel):
+class DriverSettings(ConfigTable):
     """Settings of one driver; name the subclass `Settings` inside the driver's class.
 
     A field has its range in its type and its purpose as description::
@@ -21,7 +21,5 @@ class DriverSettings(BaseModel):
     and the driver gets it from `RobotSettings.own`, with defaults for missing keys. TOML has
     strings, numbers, true and false, lists and tables: other types are refused.
     """
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     TABLE: ClassVar[str]

@@ -7,10 +7,11 @@ import re
 from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 from urllib.parse import urlsplit
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from wax.config import allowed, host_spelling
 from wax.config.addresses import ONE_URL
+from wax.config.table import ConfigTable
 from wax.protocol.events import NAMES
 
 if TYPE_CHECKING:
@@ -50,10 +51,8 @@ EventName = Annotated[
 ]
 
 
-class HookSettings(BaseModel):
+class HookSettings(ConfigTable):
     """One webhook."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     url: HookUrl
     events: Annotated[list[EventName], Field(max_length=len(NAMES))] = []

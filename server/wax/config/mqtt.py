@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Annotated, Self
 from urllib.parse import urlsplit
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from wax.config.addresses import ONE_URL
+from wax.config.table import ConfigTable
 
 
 def _whole(url: str) -> str:
@@ -16,10 +17,8 @@ def _whole(url: str) -> str:
     return url
 
 
-class MqttSettings(BaseModel):
+class MqttSettings(ConfigTable):
     """MQTT is off without a `url`."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     url: Annotated[
         str,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from wax.config.addresses import Site
+from wax.config.table import ConfigTable
 
 MAX_LINES = 6
 """The maximum of house rules, and of links: nobody reads more than six."""
@@ -14,10 +15,8 @@ MAX_SITES = 16
 """A header lists all of them with each embed."""
 
 
-class LinkSettings(BaseModel):
+class LinkSettings(ConfigTable):
     """One of `[page] links`."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     text: Annotated[
         str,
@@ -36,10 +35,8 @@ class LinkSettings(BaseModel):
     ]
 
 
-class PageSettings(BaseModel):
+class PageSettings(ConfigTable):
     """Every key has a default, with which the page is complete."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     name: Annotated[
         str,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from wax.config.addresses import ONE_URL
+from wax.config.table import ConfigTable
 from wax.named_file import told_text
 
 _WebSocket = Annotated[
@@ -27,10 +28,8 @@ _Http = Annotated[
 ]
 
 
-class PublishSettings(BaseModel):
+class PublishSettings(ConfigTable):
     """One room at LiveKit, or at any media server with WHIP (RFC 9725)."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     livekit: _WebSocket = ""
     room: Annotated[str, Field(max_length=64)] = "robot"

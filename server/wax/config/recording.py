@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from wax.config.table import ConfigTable
 
 
-class RecordingSettings(BaseModel):
+class RecordingSettings(ConfigTable):
     """Nothing is recorded unless `enabled`."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     enabled: bool = False
     folder: str = ""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from wax.config.line_template import ANY, MAX_CHARS, LineTemplate
+from wax.config.table import ConfigTable
 
 WHEELS: Final = ("left", "right")
 TWIST: Final = ("linear", "angular")
@@ -36,11 +37,7 @@ OneLine = Annotated[
 Lines = list[OneLine]
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-class TextAxisSettings(_Section):
+class TextAxisSettings(ConfigTable):
     """One of `axis`: the line of the axis with the same index in `[robot.serial] axes`."""
 
     line: OneLine
@@ -55,7 +52,7 @@ class TextAxisSettings(_Section):
         return line
 
 
-class TextDialectSettings(_Section):
+class TextDialectSettings(ConfigTable):
     """The text dialect; with another dialect, `drive` may stay empty."""
 
     drive: Line = ""

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import ConfigDict, Field, ValidationInfo, field_validator
+
+from wax.config.table import ConfigTable
 
 
-class ThesisSettings(BaseModel):
+class ThesisSettings(ConfigTable):
     """`[thesis]`: the constants of the algorithm of chapter 3.3; section numbers are the thesis's.
 
     The last three keys are ours: the thesis gives no number, or its TCP stream needed none.
     """
 
-    model_config = ConfigDict(
-        extra="forbid", strict=True, frozen=True, allow_inf_nan=False, validate_default=True
-    )
+    model_config = ConfigDict(validate_default=True)
 
     video_mu_ms: Annotated[int, Field(ge=20, le=500)] = 100
     """Video MU length, for the camera's 10 pictures a second (3.3.3.1)."""

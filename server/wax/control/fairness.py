@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from wax.config.settings import TurnSettings
+    from wax.config.turns import TurnSettings
 
 WINDOW_S: Final = 3600.0
 """Shares are computed over the turns that ended within this time, or up to a minute before."""

@@ -27,7 +27,8 @@ from wax.driver.checks import within
 from wax.driver.interface import STANDSTILL, Aboard, Twist
 
 if TYPE_CHECKING:
-    from wax.config.settings import LocalSettings, RobotSettings
+    from wax.config.local import LocalSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.hand import HandReading
     from wax.driver.interface import Ask, HandMode, Limits
 

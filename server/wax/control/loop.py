@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config.controls import ControlSettings, GaugeSettings
-    from wax.config.settings import DriveSettings, RobotSettings
+    from wax.config.drive import DriveSettings
+    from wax.config.robot import RobotSettings
     from wax.control.command import Command
     from wax.control.controls import Operation
     from wax.control.fairness import Person

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
-    from wax.config.settings import DriveSettings, RobotSettings
+    from wax.config.drive import DriveSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Limits
 
 

@@ -48,7 +48,7 @@ from wax.control.turn_time import TurnTime
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from wax.config.settings import TurnSettings
+    from wax.config.turns import TurnSettings
     from wax.control.ready_check import Call
 
 COMES_S: Final = 20.0

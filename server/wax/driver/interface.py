@@ -26,7 +26,7 @@ from wax.sentence import Sentence, says
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
-    from wax.config.settings import VideoSettings
+    from wax.config.video import VideoSettings
     from wax.speaker.interface import Speaker
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from wax.capture.source import Picture
-    from wax.config.settings import RenditionSettings, VideoSettings
+    from wax.config.video import RenditionSettings, VideoSettings
     from wax.encode.encoded import EncodedPicture
     from wax.encode.trial import Trial
     from wax.encode.video_encoder import PictureEncoder

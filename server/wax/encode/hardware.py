@@ -18,7 +18,7 @@ from wax.errors import reason_of
 
 if TYPE_CHECKING:
     from wax.capture.source import Picture
-    from wax.config.settings import RenditionSettings
+    from wax.config.video import RenditionSettings
 
 _ERROR: Final = av.logging.ERROR
 _GOP: Final = 30_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.encode.choice import told
 from wax.encode.hardware import HARDWARE
 from wax.encode.trials import try_all

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wax.capture.newest_slot import NewestSlot
     from wax.capture.source import Picture
     from wax.clock import Clock
-    from wax.config.settings import RenditionSettings
+    from wax.config.video import RenditionSettings
     from wax.encode.encoded import EncodedPicture
     from wax.encode.video_encoder import PictureEncoder
 

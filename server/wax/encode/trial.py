@@ -21,7 +21,7 @@ from av.video.codeccontext import VideoCodecContext
 
 from wax.capture.letterbox import planes
 from wax.capture.source import Picture
-from wax.config.settings import RenditionSettings
+from wax.config.video import RenditionSettings
 from wax.encode.hardware import Hardware, HardwareEncoder, HardwareError
 from wax.encode.parameter_sets import can_start_decoder, profile
 from wax.errors import reason_of

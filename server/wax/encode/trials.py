@@ -16,7 +16,7 @@ from wax.encode.trial import Trial
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.config.settings import RenditionSettings
+    from wax.config.video import RenditionSettings
 
 LIMIT_S: Final = 8.0
 """Trials take less than a second on most machines, a few on a small one that has just booted."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from wax.capture.source import Picture
-    from wax.config.settings import RenditionSettings
+    from wax.config.video import RenditionSettings
 
 _VP8_LAYERS: Final = (0, 2, 1, 2)
 """The temporal layer of each picture after a keyframe: 1/4, 1/2 and all of the frame rate."""

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from wax.capture.source import Picture, VideoSource
     from wax.clock import Clock
-    from wax.config.settings import CameraSettings, RenditionSettings
+    from wax.config.camera import CameraSettings
+    from wax.config.video import RenditionSettings
     from wax.encode.video_encoder import PictureEncoder
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from wax.capture.source import Picture
     from wax.clock import Clock
-    from wax.config.settings import RenditionSettings, VideoSettings
+    from wax.config.video import RenditionSettings, VideoSettings
     from wax.encode.encoded import EncodedPicture
     from wax.encode.video_encoder import PictureEncoder
     from wax.error_boundary import ErrorBoundary

@@ -13,7 +13,7 @@ from wax.errors import StartError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.config.settings import MetricSettings
+    from wax.config.metrics import MetricSettings
 
 
 class MetricsListener:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from wax.clock import Clock
-    from wax.config.settings import RecordSettings
+    from wax.config.records import RecordSettings
 
 _LOG = structlog.get_logger(__name__)
 

@@ -17,7 +17,7 @@ from wax.plugin import DRIVERS, make_plugin
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Driver
 
 KEY: Final = "robot.driver"

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config.controls import ControlSettings
-    from wax.config.settings import LocalSettings, LogSettings, RobotSettings
+    from wax.config.local import LocalSettings
+    from wax.config.log import LogSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Driver
 
 __all__ = ["make_driver", "make_robot"]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from wax.config.settings import LogSettings
+from wax.config.log import LogSettings
 from wax.driver.hand import HasHand
 from wax.driver.interface import KnowsItsView, Limits, OwnView
 from wax.errors import ConfigError, PluginError
@@ -21,7 +21,7 @@ from wax.robot.media.messages import Sense
 from wax.robot.process.pipe_messages import Begin, encode
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Driver
 
 BUILD_S: Final = 20.0

@@ -17,7 +17,7 @@ from wax.robot.process.child_start import claim_pipes, first_line, log_as
 from wax.robot.process.pipe_messages import decode_begin
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
 
 
 def main() -> None:

@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config.controls import ControlSettings
-    from wax.config.settings import LocalSettings, LogSettings, RobotSettings
+    from wax.config.local import LocalSettings
+    from wax.config.log import LogSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import RobotState
     from wax.robot.known import Known
     from wax.robot.media.process import MediaProcess

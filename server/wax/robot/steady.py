@@ -23,7 +23,7 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Pose, Twist
     from wax.robot.serial.setpoints import Order
 

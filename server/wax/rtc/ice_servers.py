@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 from wax.named_file import told_secret
 
 if TYPE_CHECKING:
-    from wax.config.settings import NetworkSettings, RelaySettings
+    from wax.config.network import NetworkSettings
+    from wax.config.relay import RelaySettings
 
 _LASTS_S: Final = 600
 """A relay in use outlives its credentials; a new one needs new ones."""

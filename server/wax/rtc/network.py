@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from wax.clock import Clock
-    from wax.config.settings import NetworkSettings
+    from wax.config.network import NetworkSettings
     from wax.edge.turnstile import Turnstile
     from wax.rtc.ice_servers import IceServers
 

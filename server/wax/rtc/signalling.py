@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from wax.config.settings import MAX_CAMERAS
+from wax.config.camera import MAX_CAMERAS
 from wax.errors import SignallingError
 from wax.rtc.candidates import without_unwanted
 from wax.rtc.essential_lines import OURS, essential, whole_number

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from wax.access.admission import Visitor
     from wax.clock import Clock
     from wax.cluster.cluster import Cluster
-    from wax.config.settings import ServerSettings
+    from wax.config.server import ServerSettings
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.session.entry import Entry

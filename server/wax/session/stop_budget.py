@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from wax.access.admission import Visitor
     from wax.clock import Clock
-    from wax.config.settings import StopSettings
+    from wax.config.stop import StopSettings
     from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
     from wax.control.turns import Turns

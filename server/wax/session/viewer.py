@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from wax.access.admission import Grant, Visitor
     from wax.access.permissions import Role
     from wax.clock import Clock
-    from wax.config.settings import SyncSettings
+    from wax.config.sync import SyncSettings
     from wax.rtc.peer import Channel, Peer
     from wax.streams.interface import Kind, Lanes, Service
     from wax.telemetry import Counters

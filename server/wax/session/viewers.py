@@ -14,7 +14,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from wax.config.settings import RoleSyncSettings
+    from wax.config.sync import RoleSyncSettings
     from wax.control.turns import TurnEvent, Turns
     from wax.session.host_decisions import HostDecisions
     from wax.session.viewer import Viewer

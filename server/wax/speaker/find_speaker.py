@@ -14,7 +14,7 @@ from wax.speaker.portaudio import PortAudioSpeaker
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import VoiceSettings
+    from wax.config.voice import VoiceSettings
     from wax.driver.interface import Driver
     from wax.speaker.interface import Speaker
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from wax.clock import Clock
-    from wax.config.settings import VoiceSettings
+    from wax.config.voice import VoiceSettings
 
 _BLOCKS_PER_S: Final = 100
 _WAITING_S: Final = 0.2

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from wax.config.settings import SyncSettings
+    from wax.config.sync import SyncSettings
     from wax.congestion.control import CongestionControl
     from wax.error_boundary import ErrorBoundary
     from wax.protocol.messages import Served

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.clock import Clock
-    from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
+    from wax.config.audio import AudioSettings
+    from wax.config.sync import SyncSettings
+    from wax.config.video import VideoSettings
     from wax.congestion.allocation import Allocation, SoundEncoding, Step
     from wax.congestion.control import LinkEstimate
     from wax.fanout.camera import Camera

@@ -8,7 +8,7 @@ from wax.protocol import messages
 from wax.sync.policies import make_policy
 
 if TYPE_CHECKING:
-    from wax.config.settings import SyncSettings
+    from wax.config.sync import SyncSettings
     from wax.congestion.allocation import Allocation
     from wax.congestion.control import LinkEstimate
     from wax.streams.interface import Page

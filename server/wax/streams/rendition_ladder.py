@@ -14,12 +14,8 @@ from wax.congestion.wire_cost import picture_bps, sound_bps
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from wax.config.settings import (
-        AudioSettings,
-        RenditionSettings,
-        SoundEncodingSettings,
-        VideoSettings,
-    )
+    from wax.config.audio import AudioSettings, SoundEncodingSettings
+    from wax.config.video import RenditionSettings, VideoSettings
 
 _WIDE: Final = 1.7
 """The finer ladder has a step between two whose rates differ by more than this factor."""

@@ -16,7 +16,7 @@ from wax.sync.playout import PlayoutTargets
 from wax.sync.playout_state import PlayoutState
 
 if TYPE_CHECKING:
-    from wax.config.settings import SyncSettings
+    from wax.config.sync import SyncSettings
     from wax.congestion.allocation import Allocation
     from wax.congestion.control import LinkEstimate
     from wax.sync.playout import PlayoutReport, StreamPlayout

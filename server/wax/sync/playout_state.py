@@ -10,7 +10,7 @@ from wax.sync.playout import StreamPlayout
 from wax.sync.sound_delay import SoundDelay
 
 if TYPE_CHECKING:
-    from wax.config.settings import SyncSettings
+    from wax.config.sync import SyncSettings
     from wax.congestion.allocation import Allocation
     from wax.congestion.control import LinkEstimate
     from wax.sentence import Sentence

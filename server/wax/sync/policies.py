@@ -8,7 +8,7 @@ from wax.sync.audio_master import AudioMaster
 from wax.sync.video_first import VideoFirst
 
 if TYPE_CHECKING:
-    from wax.config.settings import SyncSettings
+    from wax.config.sync import SyncSettings
     from wax.congestion.allocation import Allocation
     from wax.congestion.control import LinkEstimate
     from wax.sync.playout import PlayoutReport, PlayoutTargets

@@ -11,7 +11,7 @@ from wax.tape.camera_files import CameraFormat
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import CameraSettings
+    from wax.config.camera import CameraSettings
     from wax.fanout.camera import Camera
     from wax.fanout.video_lane import VideoLane
     from wax.tape.recorder import Recorder

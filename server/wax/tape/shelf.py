@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final, get_args
 
 from wax import state_dir
-from wax.config.settings import MAX_CAMERAS
+from wax.config.camera import MAX_CAMERAS
 from wax.errors import StateError, reason_of
 from wax.tape.retention import Keeper, Part
 

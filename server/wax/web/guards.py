@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from aiohttp.typedefs import Middleware
 
     from wax.clock import Clock
-    from wax.config.settings import ServerSettings
+    from wax.config.server import ServerSettings
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 

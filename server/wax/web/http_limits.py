@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.clock import Clock
-    from wax.config.settings import ServerSettings
+    from wax.config.server import ServerSettings
     from wax.edge.turnstile import Turnstile
     from wax.web.connection_limits import TrackedConnection
     from wax.web.request_budgets import Who

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import ssl
 
     from wax.clock import Clock
-    from wax.config.settings import ServerSettings
+    from wax.config.server import ServerSettings
 
 _LOG = structlog.get_logger(__name__)
 

@@ -12,7 +12,8 @@ from tests.turned_clock import TurnedClock
 
 from wax.capture.file.media_file import FileAudio, FileVideo, MediaFile
 from wax.capture.source import SAMPLE_RATE_HZ
-from wax.config.settings import AudioSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.video import VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:

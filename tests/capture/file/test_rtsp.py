@@ -22,7 +22,8 @@ from wax.capture.file.address import Transport, open_container
 from wax.capture.file.media_file import MediaFile
 from wax.capture.source_thread import SourceThread
 from wax.clock import SystemClock
-from wax.config.settings import AudioSettings, VideoSettings
+from wax.config.audio import AudioSettings
+from wax.config.video import VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ import pytest
 from wax.capture.file.address import open_container
 from wax.capture.file.media_file import MediaFile
 from wax.clock import SystemClock
-from wax.config.settings import VideoSettings
+from wax.config.video import VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:

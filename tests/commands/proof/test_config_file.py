@@ -10,7 +10,8 @@ from tests.commands.proof.robots import WheelSettings
 
 from wax.commands.proof.config_file import check, check_stop, observed, tapped, write
 from wax.commands.proof.observed import ObservedSettings
-from wax.config.settings import RobotSettings, Settings, parse
+from wax.config.robot import RobotSettings
+from wax.config.settings import Settings, parse
 from wax.errors import ConfigError
 from wax.session.kept_state import FILE, KeptState
 

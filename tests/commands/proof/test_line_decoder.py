@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from wax.commands.proof.line_decoder import language_of
-from wax.config.settings import SerialSettings
+from wax.config.serial import SerialSettings
 from wax.robot.serial.frames import (
     Decoder,
     DriveBody,

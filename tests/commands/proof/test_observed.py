@@ -13,7 +13,8 @@ from wax.clock import SystemClock
 from wax.commands.proof.measure import measure
 from wax.commands.proof.observed import ObservedMotion, ObservedRobot
 from wax.commands.proof.observer import Observer
-from wax.config.settings import RobotSettings, parse
+from wax.config.robot import RobotSettings
+from wax.config.settings import parse
 from wax.driver.interface import STANDSTILL, Pose, RobotState, Twist
 from wax.errors import DriverError
 from wax.robot import steady

@@ -13,7 +13,7 @@ import pytest
 
 from wax.commands.proof.line_decoder import language_of
 from wax.commands.proof.tap import Tap
-from wax.config.settings import SerialSettings
+from wax.config.serial import SerialSettings
 from wax.errors import DriverError
 from wax.robot.serial.frames import (
     Decoder,

@@ -12,7 +12,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.commands.replay.library import Library
 from wax.commands.replay.server import ReplayServer
-from wax.config.settings import ServerSettings
+from wax.config.server import ServerSettings
 from wax.errors import StartError
 from wax.protocol.tape_events import FORMAT
 from wax.tape import event_file

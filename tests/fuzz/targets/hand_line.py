@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from tests.fuzz.target import Target
 
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.control import local_hand
 from wax.control.local_hand import HandRules, HandState
 from wax.driver.hand import HandReading

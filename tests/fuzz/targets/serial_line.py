@@ -11,7 +11,7 @@ from typing import Final
 from tests.firmware.core import Core, Verdict
 from tests.fuzz.target import Target
 
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import Twist
 from wax.robot.serial.frames import (
     START,

@@ -7,7 +7,7 @@ from typing import Final
 
 from tests.fuzz.target import Target
 
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import Limits, Twist
 from wax.robot.serial.setpoints import Order
 from wax.robot.serial.text_dialect import TextDialect

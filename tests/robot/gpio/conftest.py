@@ -8,7 +8,7 @@ import gpiozero
 import pytest
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

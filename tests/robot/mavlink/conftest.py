@@ -11,7 +11,7 @@ from tests.free_port import free_port
 from tests.robot.mavlink.counterpart import Rover
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver
 

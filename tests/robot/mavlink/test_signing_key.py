@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.errors import ConfigError
 from wax.robot.find_driver import make_driver
 from wax.robot.mavlink.signing_key import read_key

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings, VideoSettings
+    from wax.config.robot import RobotSettings
+    from wax.config.video import VideoSettings
     from wax.speaker.interface import Speaker
 
 

@@ -17,7 +17,10 @@ from tests.robot.process.conftest import Log, is_alive
 from tests.until import until
 
 from wax.clock import SystemClock
-from wax.config.settings import CameraSettings, RobotSettings, SerialSettings, VideoSettings
+from wax.config.camera import CameraSettings
+from wax.config.robot import RobotSettings
+from wax.config.serial import SerialSettings
+from wax.config.video import VideoSettings
 from wax.driver.interface import (
     STANDSTILL,
     HasCamera,

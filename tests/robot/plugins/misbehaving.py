@@ -18,7 +18,8 @@ from wax.driver.interface import Limits, RobotState
 if TYPE_CHECKING:
     from wax.capture.source import VideoSource
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings, VideoSettings
+    from wax.config.robot import RobotSettings
+    from wax.config.video import VideoSettings
     from wax.driver.interface import Twist
 
 _FOR_EVER_S = 3600.0

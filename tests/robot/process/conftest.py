@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.until import until
 
-from wax.config.settings import LocalSettings, RobotSettings, SerialSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
+from wax.config.serial import SerialSettings
 
 if TYPE_CHECKING:
     import signal

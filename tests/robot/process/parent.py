@@ -16,7 +16,8 @@ from typing import Any, Final
 from tests.robot.process import recorder
 
 from wax.clock import SystemClock
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.process.driver import ProcessDriver
 

@@ -12,7 +12,7 @@ from wax.driver.interface import Limits, RobotState
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import ControlValue, Twist
 
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.config.controls import ControlSettings
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.driver.hand import HandReading
 from wax.driver.interface import Limits, RobotState, Twist
 from wax.robot.process.child_loop import ChildLoop

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from tests.bad_channel import ERRORS, Tally, run
 
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.control.local_hand import HandRules
 from wax.driver.hand import HandReading
 from wax.driver.interface import STANDSTILL, Limits, Twist

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from wax.config.controls import ControlSettings
-from wax.config.settings import LocalSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.robot import RobotSettings
 from wax.control.local_hand import HandRules
 from wax.control.reasons import NO_HAND
 from wax.driver.checks import NO_ANSWER

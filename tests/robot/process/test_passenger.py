@@ -13,7 +13,7 @@ from structlog.testing import capture_logs
 from tests.robot.process.conftest import Log, Server, is_alive, settings_for
 from tests.until import until
 
-from wax.config.settings import LocalSettings
+from wax.config.local import LocalSettings
 from wax.robot.process.passenger_claim import Claim
 from wax.robot.process.stop_mark import StopMark
 

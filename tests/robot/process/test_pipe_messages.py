@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from wax.config.controls import ControlSettings
-from wax.config.settings import ActSettings, LocalSettings, LogSettings, RobotSettings
+from wax.config.local import ActSettings, LocalSettings
+from wax.config.log import LogSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import Aboard, Limits, RobotState
 from wax.errors import ProtocolError
 from wax.robot.process.pipe_messages import (

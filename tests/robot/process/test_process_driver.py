@@ -17,7 +17,7 @@ from tests.until import until
 
 from wax.clock import SystemClock
 from wax.config.controls import ControlSettings
-from wax.config.settings import LogSettings
+from wax.config.log import LogSettings
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.process import driver as driver_module

@@ -10,7 +10,7 @@ import pytest
 from tests.until import until
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.process.resource_limits import ResourceUse

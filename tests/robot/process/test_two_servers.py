@@ -11,7 +11,7 @@ from tests.robot.process.conftest import Log, settings_for
 from tests.until import until
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.process.robot_lock import RobotLock

@@ -15,7 +15,7 @@ from wax.clock import SystemClock
 from wax.robot.find_driver import make_robot
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
 
 
 def main(count: int) -> None:

@@ -6,7 +6,7 @@ import random
 import time
 from typing import TYPE_CHECKING, Any, Protocol
 
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.capture.stream_dating import LIVE_WITHIN_S
 from wax.clock import SystemClock
-from wax.config.settings import VideoSettings
+from wax.config.video import VideoSettings
 from wax.driver.interface import HasCamera
 from wax.errors import SourceError
 from wax.robot.find_driver import make_driver

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from wax.capture.file.address import Kind, Track, Transport
     from wax.capture.file.demuxer import Coded
     from wax.clock import Clock
-    from wax.config.settings import AudioSettings, VideoSettings
+    from wax.config.audio import AudioSettings
+    from wax.config.video import VideoSettings
     from wax.errors import SourceError
 
 

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
+    from wax.config.camera import CameraSettings
     from wax.config.hook import HookSettings
-    from wax.config.settings import CameraSettings, Settings
+    from wax.config.settings import Settings
 
 _DEVICE_S: Final = 15.0
 """OpenCV gives up on a camera after 10 s."""

@@ -21,7 +21,9 @@ from wax.robot.serial.list_ports import find_ports, safer_name
 from wax.robot.serial.reconnecting_port import why_not_open
 
 if TYPE_CHECKING:
-    from wax.config.settings import CameraSettings, SerialSettings, Settings
+    from wax.config.camera import CameraSettings
+    from wax.config.serial import SerialSettings
+    from wax.config.settings import Settings
 
 _PIECES: Final = 20
 """A microphone's first blocks may be empty."""

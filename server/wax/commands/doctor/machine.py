@@ -22,7 +22,8 @@ from wax.web import descriptors
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.config.settings import Settings, VideoSettings
+    from wax.config.settings import Settings
+    from wax.config.video import VideoSettings
 
 _NOT_SYNCHRONISED: Final = 0x40
 """STA_UNSYNC (linux/timex.h)."""

@@ -13,7 +13,8 @@ from wax.errors import StateError
 from wax.web.certificate import Certificate, kept_in
 
 if TYPE_CHECKING:
-    from wax.config.settings import ServerSettings, Settings
+    from wax.config.server import ServerSettings
+    from wax.config.settings import Settings
 
 _EVERYWHERE: Final = ("", "0.0.0.0", "::")
 

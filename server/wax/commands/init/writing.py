@@ -6,7 +6,9 @@ import json
 from typing import TYPE_CHECKING, Final
 
 from wax.commands.init.questions import THIS_MACHINE
-from wax.config.settings import DriveSettings, RobotSettings, SerialSettings
+from wax.config.drive import DriveSettings
+from wax.config.robot import RobotSettings
+from wax.config.serial import SerialSettings
 from wax.logs.printable import printable
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Final
 
 from wax import __version__
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.errors import ConfigError, StartError, reason_of
 from wax.plugin import DRIVERS, offers
 

@@ -18,7 +18,7 @@ from wax.robot.serial.frames import (
 )
 
 if TYPE_CHECKING:
-    from wax.config.settings import BytesDialectSettings, SerialSettings
+    from wax.config.serial import BytesDialectSettings, SerialSettings
 
 
 class LineDecoder(Protocol):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from pydantic import Field
 
 from wax.config.driver_settings import DriverSettings
-from wax.config.settings import RobotSettings
+from wax.config.robot import RobotSettings
 from wax.driver.checks import checked
 from wax.robot.find_driver import make_driver
 

@@ -22,7 +22,8 @@ from wax.errors import DriverError
 if TYPE_CHECKING:
     from wax.commands.proof.line_decoder import LineDecoder
     from wax.commands.proof.measure import Event
-    from wax.config.settings import SerialSettings, Settings
+    from wax.config.serial import SerialSettings
+    from wax.config.settings import Settings
 
 _READ_S: Final = 0.05
 _WRITE_S: Final = 0.25

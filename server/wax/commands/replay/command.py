@@ -14,7 +14,7 @@ from aiohttp import web
 from wax.clock import SystemClock
 from wax.commands.replay.library import Library
 from wax.commands.replay.server import ReplayServer
-from wax.config.settings import ServerSettings
+from wax.config.server import ServerSettings
 from wax.edge.binding import listen
 from wax.errors import StartError
 from wax.telemetry import configure_logs
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from wax.config.settings import LogSettings
+    from wax.config.log import LogSettings
 
 _HOST: Final = "localhost"
 """A tape shows people, so only this machine, and whoever sees this terminal, can open the page."""

@@ -10,7 +10,7 @@ from wax.robot.gpio.settings import GpioSettings
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import RobotState, Twist
 
 

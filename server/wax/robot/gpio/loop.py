@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Limits, Twist
     from wax.robot.gpio.guard import Guard
     from wax.robot.gpio.pins import Pins

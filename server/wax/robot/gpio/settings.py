@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from wax.config.driver_settings import DriverSettings
-from wax.config.settings import AxisName  # noqa: TC001 - pydantic looks it up
+from wax.config.table import Name
 
 Pin = Annotated[int, Field(ge=0, le=27)]
 Pins = Annotated[list[Pin], Field(max_length=3)]
@@ -56,7 +56,7 @@ class GpioSettings(DriverSettings):
     dead_share: Annotated[float, Field(ge=0.0, le=0.9)] = Field(
         0.0, description="The share of the voltage below which the motors only hum."
     )
-    servos: Annotated[dict[AxisName, Pin], Field(max_length=4)] = Field(
+    servos: Annotated[dict[Name, Pin], Field(max_length=4)] = Field(
         {}, description="The axes that servos turn, each with its pin: { pan = 18, tilt = 19 }."
     )
     servo_min_ms: Annotated[float, Field(ge=0.4, le=1.5)] = Field(

@@ -9,7 +9,7 @@ from wax.driver.interface import STANDSTILL
 from wax.robot.serial.wheels import WheelMixer
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Twist
     from wax.robot.gpio.settings import GpioSettings
 

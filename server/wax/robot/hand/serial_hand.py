@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.config.settings import SerialSettings
+from wax.config.serial import SerialSettings
 from wax.robot.hand.line import HandDecoder
 from wax.robot.serial.reconnecting_port import Port
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import LocalSettings
+    from wax.config.local import LocalSettings
     from wax.driver.hand import HandReading
     from wax.errors import DriverError
 

@@ -13,7 +13,7 @@ from wax.robot.hand.serial_hand import SerialHand
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import LocalSettings
+    from wax.config.local import LocalSettings
 
 _LOG = structlog.get_logger(__name__)
 

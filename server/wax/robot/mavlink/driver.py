@@ -10,7 +10,7 @@ from wax.robot.mavlink.signing_key import read_key
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import RobotState, Twist
 
 

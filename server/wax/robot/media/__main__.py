@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, Final
 import structlog
 
 from wax.clock import SystemClock
-from wax.config.settings import CameraSettings, DrivingViewSettings
+from wax.config.camera import CameraSettings
+from wax.config.video import DrivingViewSettings
 from wax.errors import ConfigError, SourceError
 from wax.robot.build_driver import make_driver
 from wax.robot.media.messages import MediaBegin

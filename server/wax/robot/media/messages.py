@@ -11,7 +11,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from wax.config.settings import LogSettings, RobotSettings
+from wax.config.log import LogSettings
+from wax.config.robot import RobotSettings
 from wax.errors import ProtocolError
 from wax.sentence import Sentence
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import structlog
 
-from wax.config.settings import LogSettings
+from wax.config.log import LogSettings
 from wax.errors import reason_of
 from wax.robot.media.link import MediaProcessLink
 from wax.robot.media.messages import MediaBegin, Outlet
@@ -25,7 +25,8 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings, VideoSettings
+    from wax.config.robot import RobotSettings
+    from wax.config.video import VideoSettings
     from wax.robot.media.messages import Sense
 
 _LOG = structlog.get_logger(__name__)

@@ -16,7 +16,7 @@ from wax.telemetry import configure_logs
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.config.settings import LogSettings
+    from wax.config.log import LogSettings
 
 _LOG = structlog.get_logger(__name__)
 

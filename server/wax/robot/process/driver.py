@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.config.settings import LocalSettings, LogSettings
+from wax.config.local import LocalSettings
+from wax.config.log import LogSettings
 from wax.driver.checks import unit
 from wax.driver.interface import RobotState
 from wax.errors import ProtocolError, reason_of
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config.controls import ControlSettings
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import ControlValue, Limits, Twist
     from wax.robot.process.pipe_messages import Message
 

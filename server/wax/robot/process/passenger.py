@@ -13,7 +13,8 @@ from wax.robot.process.stop_mark import StopMark
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import LocalSettings, RobotSettings
+    from wax.config.local import LocalSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Driver, Limits
     from wax.robot.hand.source import HandSource
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog

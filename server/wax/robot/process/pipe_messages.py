@@ -11,7 +11,9 @@ from typing import Annotated, Final, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from wax.config.controls import ControlSettings
-from wax.config.settings import LocalSettings, LogSettings, RobotSettings
+from wax.config.local import LocalSettings
+from wax.config.log import LogSettings
+from wax.config.robot import RobotSettings
 from wax.driver.checks import checked
 from wax.driver.interface import ControlValue, Limits, RobotState
 from wax.errors import ProtocolError

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from wax.clock import Clock
-    from wax.config.settings import VideoSettings
+    from wax.config.video import VideoSettings
     from wax.robot.ros2.link import Link
     from wax.robot.ros2.settings import Ros2Settings
 

@@ -16,7 +16,8 @@ from wax.robot.ros2.settings import Ros2Settings
 if TYPE_CHECKING:
     from wax.capture.source import VideoSource
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings, VideoSettings
+    from wax.config.robot import RobotSettings
+    from wax.config.video import VideoSettings
     from wax.driver.interface import RobotState, Twist
 
 _LOG = structlog.get_logger(__name__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from wax.config.settings import SerialSettings
+    from wax.config.serial import SerialSettings
 
 
 class Advice(NamedTuple):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from wax.config.settings import BytesDialectSettings
+    from wax.config.serial import BytesDialectSettings
     from wax.driver.interface import Limits, Pose, Twist
     from wax.robot.serial.setpoints import Order
 

@@ -19,7 +19,8 @@ from wax.robot.serial.wheels import WheelMixer
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings, SerialSettings
+    from wax.config.robot import RobotSettings
+    from wax.config.serial import SerialSettings
     from wax.driver.interface import Twist
     from wax.errors import DriverError
     from wax.robot.serial.dialect import Dialect

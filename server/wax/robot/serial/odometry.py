@@ -9,7 +9,7 @@ from wax.driver.interface import Pose
 from wax.robot.serial.wheels import WheelSpeeds
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
 
 FASTEST_MPS: Final = 10.0
 SLACK_M: Final = 0.2

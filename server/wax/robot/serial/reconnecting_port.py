@@ -18,7 +18,7 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import SerialSettings
+    from wax.config.serial import SerialSettings
 
 READ_TIMEOUT_S: Final = 0.1
 WRITE_TIMEOUT_S: Final = 0.25

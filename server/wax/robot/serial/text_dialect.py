@@ -20,7 +20,7 @@ from wax.robot.serial.text_lines import Lines, Reports
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Limits, Pose, Twist
     from wax.robot.serial.setpoints import Order
     from wax.robot.serial.wheels import WheelMixer

@@ -10,7 +10,7 @@ from wax.config.text_dialect import REPORTED, TICKS
 from wax.robot.serial.odometry import Odometry
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Pose
 
 MAX_LINE: Final = 128

@@ -9,7 +9,7 @@ from wax.driver.checks import within
 from wax.driver.interface import Limits
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import Twist
 
 MAX_WHEEL_MPS: Final = 32.767

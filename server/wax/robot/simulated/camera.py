@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from wax.clock import Clock
-    from wax.config.settings import VideoSettings
+    from wax.config.video import VideoSettings
     from wax.driver.interface import Pose
     from wax.robot.simulated.simulation import Senses
 

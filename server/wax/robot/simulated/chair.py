@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
     from wax.config.controls import ControlSettings
-    from wax.config.settings import LocalSettings, RobotSettings, VideoSettings
+    from wax.config.local import LocalSettings
+    from wax.config.robot import RobotSettings
+    from wax.config.video import VideoSettings
     from wax.driver.hand import HandReading
     from wax.driver.interface import ControlValue, Limits, OwnView, RobotState, Twist
     from wax.robot.process.driver_watchdog import Call

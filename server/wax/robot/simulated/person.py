@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from wax.driver.hand import HandReading
 
 if TYPE_CHECKING:
-    from wax.config.settings import ActSettings, LocalSettings
+    from wax.config.local import ActSettings, LocalSettings
     from wax.driver.interface import Ask
 
 

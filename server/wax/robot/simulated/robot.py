@@ -22,7 +22,8 @@ from wax.robot.simulated.view import EYE_HEIGHT_M, FIELD_OF_VIEW_RAD, HORIZON
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings, VideoSettings
+    from wax.config.robot import RobotSettings
+    from wax.config.video import VideoSettings
     from wax.driver.interface import ControlValue, Limits, Twist
     from wax.robot.simulated.simulation import Senses
     from wax.speaker.interface import Speaker

@@ -12,7 +12,7 @@ from wax.robot.simulated.lamp import FULL, LIGHTS, Lamp
 from wax.robot.simulated.motion import Motion, step
 
 if TYPE_CHECKING:
-    from wax.config.settings import RobotSettings
+    from wax.config.robot import RobotSettings
     from wax.driver.interface import ControlValue, Pose
     from wax.robot.simulated.world import World
 
