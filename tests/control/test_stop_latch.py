@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import cast
 
 import pytest
@@ -19,12 +19,19 @@ from wax.control.stop_latch import (
     release,
 )
 from wax.control.turn_view import TurnView
+from wax.protocol.messages import StopInfo
 from wax.sentence import says
 
 ADA, BOB = 1, 2
 TURN = TurnView(number=3, operator=ADA, present=True, one_way_s=0.1, sees=True, picture=VOUCHED)
 PRESSED = press(press(StopLatch(newest=1), says("Bob"), 90.0), says("Eve"), 100.0)
 NOW_S = 101.0
+
+
+def test_pages_are_told_all_of_it() -> None:
+    """The message about a stop has the latch's fields, so that a further one is named alike."""
+    stop = LatchedStop(4, says("Bob"), viewer=BOB, by_host=True)
+    assert StopInfo.model_validate(stop).model_dump() == asdict(stop)
 
 
 def test_numbers_only_rise() -> None:

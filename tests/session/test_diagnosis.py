@@ -27,9 +27,7 @@ RULES = [one.value for rules in (reasons.Refusal, reasons.Hold, reasons.Limit) f
 
 
 def _robot(problem: Sentence | None) -> messages.RobotStatus:
-    return messages.RobotStatus(
-        connected=False, problem=problem, bumpers=0, battery_v=None, battery_fraction=None
-    )
+    return messages.RobotStatus(connected=False, problem=problem)
 
 
 def _failing(**more: Any) -> messages.RoomState:
@@ -39,8 +37,8 @@ def _failing(**more: Any) -> messages.RoomState:
         "robot": _robot(LOST),
         "video": messages.ViewStatus(problem=FILE, undated=FILE),
         "audio": source,
-        "voice": messages.VoiceInfo(speaker=None, muted=False, problem=FILE),
-        "cameras": [messages.SourceStatus(problem=named), messages.SourceStatus(problem=None)],
+        "voice": messages.VoiceInfo(problem=FILE),
+        "cameras": [messages.SourceStatus(problem=named), messages.SourceStatus()],
         "tape": messages.Tape(
             running=False, why=Sentence("tape.stands", {"why": Sentence("tape.disk_full")})
         ),

@@ -15,6 +15,7 @@ from wax.driver.interface import Twist
 from wax.errors import ForbiddenError
 from wax.house.commands import NAMES, ReleaseAt, parse
 from wax.protocol import messages
+from wax.session.stop_budget import HOUSE
 
 STOP = messages.Stop(type="stop")
 
@@ -31,8 +32,8 @@ async def test_its_stop_works_like_anybodys(rig: Rig) -> None:
     rig.room.house_acts(STOP)
     assert rig.robot.told[-1] == "stop"
     rig.wait(0.3, bob)
-    told = bob.last("room")["stop"]
-    assert told == {"number": 1, "by": {"code": "by.house"}, "viewer": None, "by_host": False}
+    told = messages.StopInfo(number=1, by=HOUSE)
+    assert bob.last("room")["stop"] == told.model_dump(mode="json")
     pressed = {"type": "stop.pressed", "stop": 1, "role": "house", "name": None}
     assert pressed in rig.heard.take()
     host = await rig.enter("hedy-111", is_host=True)

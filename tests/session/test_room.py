@@ -26,6 +26,7 @@ from wax.driver.interface import (
 )
 from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError
 from wax.fanout.batches import PORTION
+from wax.protocol import messages
 from wax.sentence import Sentence, says
 from wax.session import room as room_module
 from wax.session.room import Room
@@ -390,18 +391,8 @@ async def test_everybody_may_stop_and_all_read_who(rig: Rig) -> None:
     bob.says(type="stop")
     assert rig.robot.told == ["stop"]
     rig.wait(0.1, ada, bob)
-    assert ada.last("room")["stop"] == {
-        "number": 1,
-        "by": _by("Bob"),
-        "viewer": 2,
-        "by_host": False,
-    }
-    assert bob.last("room")["stop"] == {
-        "number": 1,
-        "by": _by("Bob"),
-        "viewer": 2,
-        "by_host": False,
-    }
+    assert ada.last("room")["stop"] == _stop("Bob", number=1, viewer=2)
+    assert bob.last("room")["stop"] == _stop("Bob", number=1, viewer=2)
 
 
 async def test_only_operator_and_host_may_release(rig: Rig) -> None:
@@ -470,8 +461,7 @@ async def test_stop_and_release_by_http(rig: Rig) -> None:
     with pytest.raises(ForbiddenError):
         rig.room.release_by(visitor("ada-1111"), TAB, number + 1)
     rig.wait(0.1, ada)
-    told = {"number": number, "by": _by("Guest 2"), "viewer": 2}
-    assert ada.last("room")["stop"] == told | {"by_host": False}
+    assert ada.last("room")["stop"] == _stop("Guest 2", number=number, viewer=2)
     rig.wait(3.0, ada)
     rig.room.release_by(visitor("ada-1111"), TAB, number)
     rig.wait(0.1, ada)
@@ -772,8 +762,9 @@ async def test_nobody_keeps_a_missing_tape(rig: Rig, is_host: bool) -> None:
     assert ada.last("room")["tape"] is None
 
 
-def _by(name: str) -> dict[str, Any]:
-    return Sentence("by.named", {"name": name}).wire()
+def _stop(name: str, **known: Any) -> dict[str, Any]:
+    by = Sentence("by.named", {"name": name})
+    return messages.StopInfo(by=by, **known).model_dump(mode="json")
 
 
 async def test_deferred_names_are_compared_one_per_step() -> None:

@@ -106,7 +106,7 @@ async def test_the_operator_is_heard_and_informed(
     drives(scene, bob, host)
     assert scene.speak(2) == 10
     assert told(bob) == [(True, None)]
-    assert scene.voices.info() == VoiceInfo(speaker=2, muted=False, problem=None)
+    assert scene.voices.info() == VoiceInfo(speaker=2)
     scene.wait(1)
     assert told(bob) == [(True, None), (False, None)]
     assert scene.voices.info().speaker is None

@@ -1,6 +1,6 @@
-// Makes src/generated/messages.ts from the server's message models, and sentences.json beside it, what
-// the server says in English. PYTHON names the interpreter
-// to ask; it needs pydantic, and finds the server's sources beside this folder.
+// Makes src/generated/messages.ts from the server's message models, and beside it defaults.ts, the
+// fields that a message need not be given, and sentences.json, what the server says in English.
+// PYTHON names the interpreter to ask; it needs pydantic, and finds the server's sources beside this folder.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { delimiter } from "node:path";
@@ -44,12 +44,26 @@ const { constants, sentences, ...schema } = JSON.parse(askServer());
 const values = Object.entries(constants).map(
   ([name, value]) => `export const ${name} = ${JSON.stringify(value)};\n`,
 );
+const banner = "/* Made by `npm run types` from server/wax/protocol/messages.py; do not edit. */";
+const defaults = Object.entries(schema.$defs).flatMap(([name, { properties = {} }]) => {
+  const known = Object.entries(properties).filter(([, field]) => "default" in field);
+  if (known.length === 0) return [];
+  const fields = Object.fromEntries(known.map(([key, field]) => [key, field.default]));
+  // Beside a `$ref` it would make the field's type one of its own.
+  for (const [, field] of known) delete field.default;
+  const keys = known.map(([key]) => JSON.stringify(key)).join(" | ");
+  return [`  ${name}: (): Pick<made.${name}, ${keys}> => (${JSON.stringify(fields)}),\n`];
+});
 const types = await compile(schema, "Messages", {
   additionalProperties: false,
-  bannerComment: "/* Made by `npm run types` from server/wax/protocol/messages.py; do not edit. */",
+  bannerComment: banner,
   format: false,
   unreachableDefinitions: true,
 });
 
 write("messages.ts", types + values.join(""));
+write(
+  "defaults.ts",
+  `${banner}\nimport type * as made from "./messages";\nexport const DEFAULTS = {\n${defaults.join("")}};\n`,
+);
 write("sentences.json", `${JSON.stringify(sentences, null, 2)}\n`);

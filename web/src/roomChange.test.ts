@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import type { RoomChange } from "./messages";
 import { changed } from "./roomChange";
-import { pressedBy, room, viewer } from "./testing/messages";
+import { pressedBy, room, turn, viewer } from "./testing/messages";
 
 const before = room({ operator: 1, waiting: [2], watching: [3] });
 
@@ -22,8 +22,8 @@ it("adds new viewers in the order of arrival, and removes those who left", () =>
 
 it("takes everything else from the change, a released stop too", () => {
   const stopped = { ...before, stop: pressedBy("Bob", { number: 4 }) };
-  const turn = { number: 9, operator: 3, ends_server_ms: null, stands_left_ms: null, axes: {} };
-  const after = changed(stopped, change({ turn, stop: null }));
-  expect(after).toEqual({ ...before, turn, viewers: changed(before, change({})).viewers });
+  const next = turn({ number: 9, operator: 3 });
+  const after = changed(stopped, change({ turn: next, stop: null }));
+  expect(after).toEqual({ ...before, turn: next, viewers: changed(before, change({})).viewers });
   expect(after).not.toHaveProperty("gone");
 });

@@ -8,7 +8,7 @@ when late, ``state`` (reliable, ordered) the rest. Messages on ``state`` are JSO
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal, get_args
+from typing import Annotated, Final, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
@@ -34,10 +34,6 @@ class _Incoming(BaseModel):
 
 class _Outgoing(BaseModel):
     model_config = ConfigDict(frozen=True)
-
-
-_ABSENT: Final[Any] = None
-"""The value of a part that is not sent (`wax.protocol.room_change`)."""
 
 
 # --- drive channel, page → server ---------------------------------------------------------
@@ -534,11 +530,11 @@ class ViewerInfo(_Outgoing):
 
     id: int
     name: str
-    role: Role
-    place: int | None
-    wait_s: float | None
-    lost: bool
-    host: bool
+    role: Role = "observer"
+    place: int | None = None
+    wait_s: float | None = None
+    lost: bool = False
+    host: bool = False
 
 
 class TurnInfo(_Outgoing):
@@ -550,9 +546,9 @@ class TurnInfo(_Outgoing):
     """
 
     number: int
-    operator: int | None
-    ends_server_ms: float | None
-    stands_left_ms: float | None
+    operator: int | None = None
+    ends_server_ms: float | None = None
+    stands_left_ms: float | None = None
     axes: dict[str, float] = {}
 
 
@@ -573,10 +569,10 @@ class RobotStatus(_Outgoing):
     """
 
     connected: bool
-    problem: Sentence | None
-    bumpers: int
-    battery_v: float | None
-    battery_fraction: float | None
+    problem: Sentence | None = None
+    bumpers: int = 0
+    battery_v: float | None = None
+    battery_fraction: float | None = None
     gauges: dict[str, float] = {}
     beyond: dict[str, Literal["warn", "stop"]] = {}
     ttl_ms: float | None = None
@@ -592,17 +588,17 @@ class AboardInfo(_Outgoing):
     the operator's driving by how far they push their stick ahead.
     """
 
-    mode: Literal["free", "hand", "pause", "stopped", "lost"]
-    reason: Sentence | None
-    asked: Literal["wait", "go_on", "left", "right"] | None
-    asks: int
-    takes_part: bool
+    mode: Literal["free", "hand", "pause", "stopped", "lost"] = "free"
+    reason: Sentence | None = None
+    asked: Literal["wait", "go_on", "left", "right"] | None = None
+    asks: int = 0
+    takes_part: bool = False
 
 
 class SourceStatus(_Outgoing):
     """A camera or microphone; `problem` is a sentence, null if it delivers."""
 
-    problem: Sentence | None
+    problem: Sentence | None = None
 
 
 class ViewStatus(SourceStatus):
@@ -618,22 +614,24 @@ class VoiceInfo(_Outgoing):
     if it plays.
     """
 
-    speaker: int | None
-    muted: bool
-    problem: Sentence | None
+    speaker: int | None = None
+    muted: bool = False
+    problem: Sentence | None = None
 
 
 class StopInfo(_Outgoing):
     """The stop in force: its rising number, and who pressed it, in words that follow “by”.
 
     `viewer` is their number, null if they are not in the room. A stop that the host has pressed,
-    first or again, only the host can release.
+    first or again, only the host can release. Its fields are those of `LatchedStop`.
     """
+
+    model_config = ConfigDict(frozen=True, from_attributes=True)
 
     number: int
     by: Sentence
-    viewer: int | None
-    by_host: bool
+    viewer: int | None = None
+    by_host: bool = False
 
 
 class HostSettings(_Outgoing):
@@ -645,12 +643,12 @@ class HostSettings(_Outgoing):
     the robot's speed that guests may use.
     """
 
-    held: bool
-    locked: bool
-    blanked: bool
-    message: str
+    held: bool = False
+    locked: bool = False
+    blanked: bool = False
+    message: str = ""
     message_ends_server_ms: float | None = None
-    max_fraction: float
+    max_fraction: float = 1.0
 
 
 class Tape(_Outgoing):
@@ -660,21 +658,21 @@ class Tape(_Outgoing):
     why: Sentence
 
 
-class RoomState(_Outgoing):
-    """The state of the room that everybody sees, sent once; `RoomChange` updates it."""
+class _Room(_Outgoing):
+    """The parts of the room that everybody sees."""
 
-    type: Literal["room"] = "room"
+    type: str
     viewers: list[ViewerInfo]
     turn: TurnInfo
-    call: CallInfo | None
-    stop: StopInfo | None
-    host_settings: HostSettings
+    call: CallInfo | None = None
+    stop: StopInfo | None = None
+    host_settings: HostSettings = HostSettings()
     robot: RobotStatus
-    video: ViewStatus
-    audio: SourceStatus
+    video: ViewStatus = ViewStatus()
+    audio: SourceStatus = SourceStatus()
     voice: VoiceInfo | None = None
     """Null where nobody can speak through the robot."""
-    tape: Tape | None
+    tape: Tape | None = None
     """Null where the host does not record."""
     aboard: AboardInfo | None = None
     """Null where nobody sits in the robot."""
@@ -686,29 +684,21 @@ class RoomState(_Outgoing):
     """Why nobody new can connect from elsewhere, though those who are here stay."""
 
 
-class RoomChange(_Outgoing):
+class RoomState(_Room):
+    """The state of the room that everybody sees, sent once; `RoomChange` updates it."""
+
+    type: Literal["room"] = "room"
+
+
+class RoomChange(_Room):
     """A change of the room: `viewers` who are new or changed, and the parts that changed.
 
     `gone` are the numbers of those who left since the previous message. An unchanged part is
-    absent, so that a change is small enough for a modem.
+    absent, so that a change is small enough for a modem; `wax.protocol.room_change` makes one.
     """
 
     type: Literal["room_change"] = "room_change"
-    viewers: list[ViewerInfo]
     gone: list[int]
-    turn: TurnInfo = _ABSENT
-    call: CallInfo | None = _ABSENT
-    stop: StopInfo | None = _ABSENT
-    host_settings: HostSettings = _ABSENT
-    robot: RobotStatus = _ABSENT
-    video: ViewStatus = _ABSENT
-    audio: SourceStatus = _ABSENT
-    voice: VoiceInfo | None = _ABSENT
-    tape: Tape | None = _ABSENT
-    aboard: AboardInfo | None = _ABSENT
-    cameras: list[SourceStatus] = _ABSENT
-    controls: dict[str, float] = _ABSENT
-    no_way_in: Sentence | None = _ABSENT
 
 
 class Playout(_Outgoing):

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 from wax.protocol.messages import RoomChange
 
 if TYPE_CHECKING:
-    from wax.protocol.messages import RoomState
+    from collections.abc import Sequence
+
+    from wax.protocol.messages import RoomState, ViewerInfo
 
 PARTS: Final = tuple(RoomChange.model_fields.keys() - {"type", "viewers", "gone"})
 """The parts that a change may leave out."""
@@ -20,11 +22,13 @@ def between(before: RoomState, after: RoomState) -> RoomChange:
     changed = {
         name: part for name in PARTS if (part := getattr(after, name)) != getattr(before, name)
     }
-    return RoomChange(
-        viewers=[line for line in after.viewers if known.get(line.id) != line],
-        gone=[number for number in known if number not in here],
-        **changed,
-    )
+    lines = [line for line in after.viewers if known.get(line.id) != line]
+    return of_lines(lines, [number for number in known if number not in here], **changed)
+
+
+def of_lines(viewers: list[ViewerInfo], gone: Sequence[int] = (), **parts: Any) -> RoomChange:
+    """Return a change of these lines and parts; it lacks all others."""
+    return RoomChange.model_construct(viewers=viewers, gone=list(gone), **parts)
 
 
 def text_of(update: RoomState | RoomChange) -> str:

@@ -142,11 +142,7 @@ class PageMessages:
                 axes=dict(first_axes or {}),
             ),
             call=self._call(),
-            stop=None
-            if stop is None
-            else messages.StopInfo(
-                number=stop.number, by=stop.by, viewer=stop.viewer, by_host=stop.by_host
-            ),
+            stop=None if stop is None else messages.StopInfo.model_validate(stop),
             host_settings=self._host_settings(now_s),
             robot=messages.RobotStatus(
                 connected=state.connected,

@@ -246,7 +246,7 @@ class Room:
             # The next change builds on that state; the viewer's own line comes at once.
             viewer.send(told)
             own = self._page_messages.line(viewer, self._clock.now_s())
-            viewer.send_text(room_change.text_of(messages.RoomChange(viewers=[own], gone=[])))
+            viewer.send_text(room_change.text_of(room_change.of_lines([own])))
         self._viewers.changed()
 
     def viewer_changed_network(self, viewer: Viewer) -> None:

@@ -82,17 +82,25 @@ def schema() -> dict[str, Any]:
 def _describe(definitions: dict[str, Any]) -> None:
     """Add the fields' docstrings as descriptions; the server itself need not read its source."""
     for module in (messages, tape_events):
-        for model in ast.parse(inspect.getsource(module)).body:
-            if not isinstance(model, ast.ClassDef) or model.name not in definitions:
-                continue
-            fields = definitions[model.name].get("properties", {})
-            for field, said in pairwise(model.body):
-                match field, said:
-                    case (
-                        ast.AnnAssign(target=ast.Name(id=name)),
-                        ast.Expr(value=ast.Constant(value=str(text))),
-                    ) if "$ref" not in fields[name]:
-                        fields[name]["description"] = inspect.cleandoc(text)
+        models = {
+            one.name: one
+            for one in ast.parse(inspect.getsource(module)).body
+            if isinstance(one, ast.ClassDef)
+        }
+        for name, definition in definitions.items():
+            for model in getattr(module, name, object).__mro__:
+                if model.__name__ in models:
+                    _describe_fields(definition.get("properties", {}), models[model.__name__])
+
+
+def _describe_fields(fields: dict[str, Any], model: ast.ClassDef) -> None:
+    for field, said in pairwise(model.body):
+        match field, said:
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)),
+                ast.Expr(value=ast.Constant(value=str(text))),
+            ) if "$ref" not in fields[name]:
+                fields[name]["description"] = inspect.cleandoc(text)
 
 
 if __name__ == "__main__":

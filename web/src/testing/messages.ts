@@ -1,4 +1,8 @@
-/** Messages as the server would send them, for tests. */
+/**
+ * Messages as the server would send them, for tests: a field with a default in the server's own
+ * definition has that value unless the test says otherwise.
+ */
+import { DEFAULTS } from "../generated/defaults";
 import type { Sent } from "../link/signalling";
 import type {
   AboardInfo,
@@ -11,6 +15,7 @@ import type {
   Served,
   StopInfo,
   Told,
+  TurnInfo,
   ViewerInfo,
 } from "../messages";
 import { says } from "../words/said";
@@ -18,20 +23,17 @@ import { says } from "../words/said";
 /** What the server sends only to the host. */
 export function hostConsole(more: Partial<Console> = {}): Console {
   return {
-    type: "console",
+    ...DEFAULTS.Console(),
     viewers: [],
     closed: false,
     opens_wall_ms: null,
-    pressers: [],
-    reused: null,
-    problems: [],
     ...more,
   };
 }
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {
-    type: "hello",
+    ...DEFAULTS.Hello(),
     version: "0.0.0",
     viewer: 1,
     page: { name: "WAX", sentence: "", rules: [], links: [] },
@@ -68,17 +70,13 @@ export function hello(more: Partial<Hello> = {}): Hello {
     may_hear: true,
     may_queue: true,
     acknowledge: false,
-    voice: null,
-    cameras: [],
-    controls: [],
-    gauges: [],
     ...more,
   };
 }
 
 /** A stop in force, the first. */
 export function pressedBy(name: string, more: Partial<StopInfo> = {}): StopInfo {
-  return { number: 1, by: says(name), viewer: null, by_host: false, ...more };
+  return { ...DEFAULTS.StopInfo(), number: 1, by: says(name), ...more };
 }
 
 export function control(name: string, more: Partial<ControlInfo> = {}): ControlInfo {
@@ -99,7 +97,7 @@ export function control(name: string, more: Partial<ControlInfo> = {}): ControlI
 
 export function playout(more: Partial<Playout> = {}): Playout {
   return {
-    type: "playout",
+    ...DEFAULTS.Playout(),
     policy: "audio-master",
     player: "browser",
     sound_target_ms: 40,
@@ -111,7 +109,7 @@ export function playout(more: Partial<Playout> = {}): Playout {
 
 export function served(more: Partial<Served> = {}): Served {
   return {
-    type: "served",
+    ...DEFAULTS.Served(),
     rendition: "640x480 at 500 kbit/s",
     picture_hz: 30,
     sound_mu_ms: 20,
@@ -125,7 +123,6 @@ export function served(more: Partial<Served> = {}): Served {
     reason: { code: "sent.all" },
     layers: 3,
     layers_made: 3,
-    cameras: [],
     ...more,
   };
 }
@@ -138,7 +135,7 @@ export function seat(name: string, more: Partial<Seat> = {}): Seat {
 
 export function sentToRoom(more: Partial<Sent> = {}): Sent {
   return {
-    type: "sent_to_room",
+    ...DEFAULTS.SentToRoom(),
     wall_ms: 0,
     sentMs: 0,
     receivedMs: 0,
@@ -150,26 +147,21 @@ export function sentToRoom(more: Partial<Sent> = {}): Sent {
 }
 
 export function told(of: RoomState, more: Partial<Told> = {}): Told {
-  return { type: "told", server_ms: 0, watching: 1000, room: of, ...more };
+  return { ...DEFAULTS.Told(), server_ms: 0, watching: 1000, room: of, ...more };
 }
 
 const NAMES = ["Ada", "Bob", "Cleo", "Dan", "Eve"];
 
 export function viewer(id: number, more: Partial<ViewerInfo> = {}): ViewerInfo {
-  return {
-    id,
-    name: NAMES[id - 1] ?? `Guest ${id}`,
-    role: "observer",
-    place: null,
-    wait_s: null,
-    lost: false,
-    host: false,
-    ...more,
-  };
+  return { ...DEFAULTS.ViewerInfo(), id, name: NAMES[id - 1] ?? `Guest ${id}`, ...more };
 }
 
 export function aboard(more: Partial<AboardInfo> = {}): AboardInfo {
-  return { mode: "free", reason: null, asked: null, asks: 0, takes_part: false, ...more };
+  return { ...DEFAULTS.AboardInfo(), ...more };
+}
+
+export function turn(more: Partial<TurnInfo> = {}): TurnInfo {
+  return { ...DEFAULTS.TurnInfo(), number: 1, ...more };
 }
 
 interface RoomOptions {
@@ -191,46 +183,14 @@ export function room(options: RoomOptions): RoomState {
     stop = null,
   } = options;
   return {
-    type: "room",
+    ...DEFAULTS.RoomState(),
     viewers: [
       ...watching.map((id) => viewer(id)),
       ...waiting.map((id, i) => viewer(id, { role: "queued", place: i + 1, wait_s: 30 + 60 * i })),
       ...(operator ? [viewer(operator, { role: "operator", place: 0, wait_s: 0 })] : []),
     ],
-    turn: {
-      number,
-      operator: operator ?? null,
-      ends_server_ms: operator ? endsMs : null,
-      stands_left_ms: null,
-      axes: {},
-    },
-    call: null,
+    turn: operator ? turn({ number, operator, ends_server_ms: endsMs }) : turn({ number }),
     stop,
-    host_settings: {
-      held: false,
-      locked: false,
-      blanked: false,
-      message: "",
-      message_ends_server_ms: null,
-      max_fraction: 1,
-    },
-    robot: {
-      connected: true,
-      problem: null,
-      bumpers: 0,
-      battery_v: null,
-      battery_fraction: null,
-      gauges: {},
-      beyond: {},
-      ttl_ms: null,
-    },
-    video: { problem: null, undated: null },
-    audio: { problem: null },
-    voice: null,
-    tape: null,
-    aboard: null,
-    cameras: [],
-    controls: {},
-    no_way_in: null,
+    robot: { ...DEFAULTS.RobotStatus(), connected: true },
   };
 }

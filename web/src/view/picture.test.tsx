@@ -120,7 +120,7 @@ describe("sound and picture", () => {
     act(() => {
       state.room.value = {
         ...room({ watching: [1] }),
-        video: { problem: says("it was unplugged"), undated: null },
+        video: { ...room({}).video, problem: says("it was unplugged") },
       };
     });
     expect(getByText(body, "Camera: it was unplugged")).toBeTruthy();

@@ -201,7 +201,7 @@ describe("the turn's clock", () => {
   });
 
   it("has a reason shown while it is stopped", () => {
-    const { host_settings, robot } = room({});
+    const { host_settings, robot, video } = room({});
     expect(stands({ stop: pressedBy("Eve") })).toContain("while the robot is stopped.");
     expect(stands({ host_settings: { ...host_settings, blanked: true } })).toContain(
       "picture and sound off",
@@ -211,8 +211,9 @@ describe("the turn's clock", () => {
       "the person aboard has the robot.",
     );
     expect(stands({ aboard: aboard() })).toContain("nobody can drive");
-    const video = { problem: says("unplugged"), undated: null };
-    expect(stands({ video })).toContain("there is no picture");
+    expect(stands({ video: { ...video, problem: says("unplugged") } })).toContain(
+      "there is no picture",
+    );
     expect(stands({})).toBe("The clock stands still while nobody can drive.");
   });
 });
