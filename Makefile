@@ -20,6 +20,10 @@ check: ## lint, format, strict types and import rules, for both languages
 	@sh .make/install.sh check
 	@sh .make/check.sh
 
+manual: ## write config/wax.toml anew from the settings in server/wax/config
+	@sh .make/install.sh check
+	@.venv/bin/python -m wax.config >.cache/wax.toml && mv .cache/wax.toml config/wax.toml
+
 measure: ## measure all that is published, three hours; ends and goes on as you like: make measure ARGS="stop --quick"
 	@sh .make/install.sh test
 	@sh .make/suite.sh measure $(ARGS)
@@ -52,4 +56,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check measure gallery mutants fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check manual measure gallery mutants fuzz ablation coverage lock clean

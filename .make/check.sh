@@ -15,6 +15,7 @@ page=$!
 step ruff check .
 step ruff format --check .
 step mypy
+step sh -c 'python -m wax.config | diff config/wax.toml -' # make manual
 step lint-imports --no-logo --cache-dir .cache/imports
 wait $page || { status=1 && say "failed: npm run check"; }
 cat .cache/check-page.log

@@ -8,27 +8,39 @@ from typing import Annotated
 from pydantic import Field, field_validator
 
 from wax.config import opening_hours
+from wax.config.allowed import said
 from wax.config.table import ConfigTable
 
 
 class AccessSettings(ConfigTable):
-    """`[access]`: who is admitted, and what strangers may do."""
+    """Who may come in, and what those may do who were not invited. The host may always do
+    everything.
+    """
 
     strangers_watch: bool = True
+    """Whether strangers may watch. If not, only those with an invitation come in."""
     strangers_hear: bool = True
+    """Whether strangers hear the robot."""
     strangers_queue: bool = True
+    """Whether strangers may queue and drive."""
     max_tabs: Annotated[int, Field(ge=1, le=100)] = 4
+    """In how many tabs one browser may have the page open. They have one place in the queue
+    together."""
     hours: list[
         Annotated[
             str,
-            Field(
-                pattern=opening_hours.PATTERN,
-                description='days and times as "mon-fri 09:00-18:00"',
-                json_schema_extra={"plural": "hours"},
-            ),
+            Field(pattern=opening_hours.PATTERN),
+            said('days and times as "mon-fri 09:00-18:00"', plural="hours"),
         ]
     ] = []
+    """When the robot is open. Outside of these hours only the host comes in, and the others read
+    when it opens. Hours may go past midnight. Always open if the list is empty. The page offers
+    those of eight weeks as a calendar to subscribe to: its address with /open.ics.
+
+    Example: hours = ["mon-fri 09:00-18:00", "sat 10:00-01:00"]
+    """
     time_zone: str = "UTC"
+    """The time zone of these hours, as "Europe/Berlin"."""
 
     @field_validator("time_zone")
     @classmethod

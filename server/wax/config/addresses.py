@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from wax.config import host_spelling
-from wax.config.allowed import shown
+from wax.config.allowed import said, shown
 
 
 def _host(text: object) -> object:
@@ -42,11 +42,8 @@ _NAME: Final = r"[A-Za-z0-9_]([A-Za-z0-9._-]{0,251}[A-Za-z0-9_])?"
 
 HostName = Annotated[
     str,
-    Field(
-        pattern=rf"^{_NAME}$",
-        description='a host name or address without port, as "robot.example.org"',
-        json_schema_extra={"plural": "addresses"},
-    ),
+    Field(pattern=rf"^{_NAME}$"),
+    said('a host name or address without port, as "robot.example.org"', plural="addresses"),
     ONE_HOST,
 ]
 
@@ -79,7 +76,7 @@ _HERE: Final = re.compile(r"127\.0\.0\.1|(.+\.)?localhost", re.IGNORECASE)
 
 Site = Annotated[
     str,
-    Field(description='a site as "https://museum.example"', json_schema_extra={"plural": "sites"}),
+    said('a site as "https://museum.example"', plural="sites"),
     ONE_URL,
     AfterValidator(_site),
 ]
@@ -94,46 +91,36 @@ PageUrl = Annotated[
     str,
     Field(
         pattern=rf"^(https?://({_NAME}|\[[0-9A-Fa-f:.]{{2,45}}\])"
-        r"(:[0-9]{1,5})?(/[A-Za-z0-9._~-]+)*)?$",
-        description='empty, or an address as "https://robot.example.org", without "/" at its end',
+        r"(:[0-9]{1,5})?(/[A-Za-z0-9._~-]+)*)?$"
     ),
+    said('empty, or an address as "https://robot.example.org", without "/" at its end'),
     ONE_URL,
     AfterValidator(_page_url),
 ]
 
 Network = Annotated[
     str,
-    Field(
-        description='an address or network, as "127.0.0.1" or "10.0.0.0/8"',
-        json_schema_extra={"plural": "addresses"},
-    ),
+    said('an address or network, as "127.0.0.1" or "10.0.0.0/8"', plural="addresses"),
     AfterValidator(_network),
 ]
 
 StunUrl = Annotated[
     str,
-    Field(
-        pattern=r"^stun:\S+$",
-        description='an address as "stun:HOST:PORT"',
-        json_schema_extra={"plural": "addresses"},
-    ),
+    Field(pattern=r"^stun:\S+$"),
+    said('an address as "stun:HOST:PORT"', plural="addresses"),
     ONE_URL,
 ]
 TurnUrl = Annotated[
     str,
-    Field(
-        pattern=r"^turns?:\S+$",
-        description='an address as "turn:HOST:PORT", "turns:HOST:PORT" or one of them with'
-        ' "?transport=tcp"',
-        json_schema_extra={"plural": "addresses"},
+    Field(pattern=r"^turns?:\S+$"),
+    said(
+        'an address as "turn:HOST:PORT", "turns:HOST:PORT" or one of them with "?transport=tcp"',
+        plural="addresses",
     ),
     ONE_URL,
 ]
 IpAddress = Annotated[
     str,
-    Field(
-        pattern=r"^[0-9A-Fa-f.:]{2,45}$",
-        description="an IPv4 or IPv6 address",
-        json_schema_extra={"plural": "addresses"},
-    ),
+    Field(pattern=r"^[0-9A-Fa-f.:]{2,45}$"),
+    said("an IPv4 or IPv6 address", plural="addresses"),
 ]

@@ -9,6 +9,8 @@ import json
 import re
 from typing import TYPE_CHECKING, Any, Final
 
+from pydantic import Field
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -16,6 +18,11 @@ Schema = dict[str, Any]
 """A JSON schema, as `BaseModel.model_json_schema` returns it."""
 
 _LOGIN: Final = re.compile(r"(?<=://)\S*@")
+
+
+def said(words: str, *, plural: str = "names") -> Any:
+    """Return an annotation with the words for a type's values, and for a list of them."""
+    return Field(json_schema_extra={"allowed": words, "plural": plural})
 
 
 def find(root: Schema, path: Sequence[int | str]) -> tuple[str, Schema | None]:
@@ -45,9 +52,12 @@ def neighbours(root: Schema, path: Sequence[int | str]) -> list[str]:
 
 
 def words(schema: Schema) -> str:
-    """Describe the allowed values, such as ``a whole number from 0 to 65535``."""
-    if "description" in schema and schema.get("type") != "object":
-        return str(schema["description"])
+    """Describe the allowed values, such as ``a whole number from 0 to 65535``.
+
+    Those of a type whose bounds do not say it come from `said`.
+    """
+    if "allowed" in schema:
+        return str(schema["allowed"])
     # TOML has no null: a key that may be absent is left out.
     branches = [branch for branch in schema.get("anyOf", []) if branch.get("type") != "null"]
     values = [schema["const"]] if "const" in schema else schema.get("enum", [])

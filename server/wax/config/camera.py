@@ -6,6 +6,7 @@ from typing import Annotated, Final
 
 from pydantic import Field, field_validator
 
+from wax.config.allowed import said
 from wax.config.table import Name
 from wax.config.video import MAX_CAPTURE_FPS, RenditionSettings, VideoSettings
 
@@ -14,25 +15,29 @@ MAX_CAMERAS: Final = 4
 
 
 class CameraSettings(VideoSettings):
-    """`[[camera]]`: a camera beside the driving view, with a ladder of its own.
-
-    Small pictures use the lowest rendition.
+    """Cameras beside [video], which stays the driving view: the operator always sees that, and only
+    its age counts for driving. Each is shown small beside it, and large at a tap or by the key
+    C. A link, and [network] upload_bps, carry the driving view first; a camera gets what that
+    leaves, and its encoders run only while somebody sees it. Rooms of publish show none, and the
+    thesis's policy has no use for them.
     """
 
     name: Annotated[
         str,
-        Field(
-            pattern=r"^[^\x00-\x1f\x7f]{1,24}$",
-            description="a text of 1 to 24 printable characters",
-        ),
+        Field(pattern=r"^[^\x00-\x1f\x7f]{1,24}$"),
+        said("a text of 1 to 24 printable characters"),
     ]
+    """What people call it."""
     axes: Annotated[list[Name], Field(max_length=4)] = []
+    """The robot's axes that turn this camera, and not the driving view's."""
     fps: Annotated[float, Field(ge=1, le=MAX_CAPTURE_FPS)] = 15.0
+    """Pictures a second to request."""
     renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
         RenditionSettings(width=640, height=480, fps=15.0, bitrate_bps=500_000),
         RenditionSettings(width=320, height=240, fps=15.0, bitrate_bps=200_000),
         RenditionSettings(width=160, height=120, fps=5.0, bitrate_bps=30_000),
     ]
+    """Its ladder, as in [video]; the last is that of the small picture."""
 
     @field_validator("source")
     @classmethod

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from wax.config.allowed import said
 from wax.config.table import ConfigTable, Name, check_apart
 
 if TYPE_CHECKING:
@@ -31,45 +32,59 @@ _TAKEN_BY_BROWSERS: Final = re.compile(
 
 Label = Annotated[
     str,
-    Field(
-        pattern=r"^[^\x00-\x1f\x7f]{0,24}$",
-        description="a text of at most 24 printable characters",
-    ),
+    Field(pattern=r"^[^\x00-\x1f\x7f]{0,24}$"),
+    said("a text of at most 24 printable characters"),
 ]
 Choice = Annotated[
     str,
-    Field(
-        pattern=r"^[^\x00-\x1f\x7f]{1,24}$",
-        description="a text of 1 to 24 printable characters",
-    ),
+    Field(pattern=r"^[^\x00-\x1f\x7f]{1,24}$"),
+    said("a text of 1 to 24 printable characters"),
 ]
 Key = Annotated[
     str,
-    Field(
-        pattern=r"^[A-Za-z0-9]{0,24}$",
-        description='empty, or a key by its place on the keyboard, as "KeyH" or "Digit1"',
-    ),
+    Field(pattern=r"^[A-Za-z0-9]{0,24}$"),
+    said('empty, or a key by its place on the keyboard, as "KeyH" or "Digit1"'),
 ]
 _FROM_LOW_TO_HIGH: Final = ("stop_below", "warn_below", "warn_above", "stop_above")
 Bound = Annotated[float, Field(ge=-10_000, le=10_000)]
 
 
 class ControlSettings(ConfigTable):
-    """`[[controls]]`: a button, switch, slider or choice that the page shows.
+    """What the robot has besides wheels and axes, as far as its driver knows it by name: lights, a
+    horn, a gripper. The page shows each to those who may use it. Whatever moves counts as
+    driving: only while it is held, never while a Stop is in force, and whatever releases the
+    controls releases it.
 
-    A control that `moves` the robot, or a part of it, counts as driving: it must be held.
-    """
+    The simulated robot has these:
+      controls = [
+        { name = "lamp", label = "Lamp", kind = "toggle", key = "KeyH", roles = ["operator", "host"] },
+        { name = "horn", label = "Horn", kind = "button", key = "KeyG" },
+        { name = "brightness", label = "Brightness", kind = "slider", min = 20.0, max = 100.0, step = 5.0 },
+        { name = "light", label = "Light", kind = "choice", choices = ["white", "warm", "red"] },
+        { name = "look_around", label = "Look around", kind = "button", moves = true },
+      ]
+    """  # noqa: E501
 
     name: Name
+    """What the driver calls it."""
     label: Label = ""
+    """What people call it, "" for its name."""
     kind: Literal["button", "toggle", "slider", "choice"]
+    """How it is used: a button lasts while it is held, a toggle until it is pressed again."""
     min: Bound = 0.0
+    """A slider's least value."""
     max: Bound = 1.0
+    """A slider's largest value."""
     step: Annotated[float, Field(gt=0, le=10_000)] = 0.05
+    """The distance from one of a slider's values to the next."""
     choices: Annotated[list[Choice], Field(max_length=MAX_CHOICES)] = []
+    """What one chooses from, in a choice."""
     key: Key = ""
+    """Presses a button or a toggle, as long as nobody's own keys have it."""
     moves: bool = False
+    """Whether it moves the robot or a part of it; a button or a slider then, for whoever drives."""
     roles: Annotated[list[ControlRole], Field(min_length=1, max_length=3)] = ["operator"]
+    """Who may use it; an observer is everybody who watches."""
 
     @property
     def is_held(self) -> bool:
@@ -128,24 +143,42 @@ class ControlSettings(ConfigTable):
 
 
 class GaugeSettings(ConfigTable):
-    """`[[gauges]]`: a number that the robot reports, with limits that warn or stop."""
+    """Numbers that the robot tells, shown in the page's details and, beyond a limit, over the
+    picture. Beyond one that stops, or where a robot does not tell a number that has one, nobody
+    drives until it has been well for two seconds. Besides what its driver names, each robot that
+    tells its battery has battery_v and battery_fraction (0 to 1); the simulated one has motor_c,
+    how warm its motors are.
+
+    An example:
+      gauges = [
+        { name = "motor_c", label = "Motors", unit = "°C", decimals = 0, warn_above = 60.0, stop_above = 85.0 },
+      ]
+    """  # noqa: E501
 
     name: Name
+    """What the driver calls it."""
     label: Label = ""
+    """What people call it, "" for its name."""
     unit: Annotated[
         str,
-        Field(
-            pattern=r"^[^\x00-\x1f\x7f]{0,8}$",
-            description="a text of at most 8 printable characters",
-        ),
+        Field(pattern=r"^[^\x00-\x1f\x7f]{0,8}$"),
+        said("a text of at most 8 printable characters"),
     ] = ""
+    """What it is counted in."""
     min: Bound = 0.0
+    """Where its scale begins."""
     max: Bound = 100.0
+    """Where its scale ends."""
     decimals: Annotated[int, Field(ge=0, le=3)] = 1
+    """How many are shown."""
     warn_below: Bound | None = None
+    """Warns people of less than this."""
     warn_above: Bound | None = None
+    """Warns people of more than this."""
     stop_below: Bound | None = None
+    """Stops the robot at less than this."""
     stop_above: Bound | None = None
+    """Stops the robot at more than this."""
 
     @property
     def may_stop(self) -> bool:

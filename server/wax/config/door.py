@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
+from wax.config.allowed import said
 from wax.config.table import ConfigTable
 
 if TYPE_CHECKING:
@@ -13,27 +14,32 @@ if TYPE_CHECKING:
 
 DoorHost = Annotated[
     str,
-    Field(
-        pattern=r"^([A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?)?$",
-        description='empty, or a host name or address, as "robot.example.org"',
-    ),
+    Field(pattern=r"^([A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?)?$"),
+    said('empty, or a host name or address, as "robot.example.org"'),
 ]
 HostKey = Annotated[
     str,
-    Field(
-        pattern=r"^(ssh-ed25519 AAAAC3NzaC1lZDI1NTE5[A-Za-z0-9+/]{48})?$",
-        description='empty, or a key as "ssh-ed25519 AAAA…"',
-    ),
+    Field(pattern=r"^(ssh-ed25519 AAAAC3NzaC1lZDI1NTE5[A-Za-z0-9+/]{48})?$"),
+    said('empty, or a key as "ssh-ed25519 AAAA…"'),
 ]
 
 
 class DoorSettings(ConfigTable):
-    """The door's address and host key, and this robot's key for it."""
+    """A public machine of yours through which people reach the page where no port can be opened
+    here: this server keeps an SSH connection to it, by TCP 22 or, where that is closed, by
+    HTTPS. Picture, sound and commands go past it, or by its relay. config/deploy/door.sh sets it
+    up and prints a line from which `wax init --door LINE` writes this table and what [server],
+    [network] and [relay] need.
+    """
 
     host: DoorHost = ""
+    """Its name, which is the robot's, too."""
     port: Annotated[int, Field(ge=0, le=65535)] = 0
+    """The TCP port on it, open to nobody outside, that leads to this robot."""
     host_key: HostKey = ""
+    """The key by which it shows that it is the right machine."""
     key_file: str = ""
+    """The file with this robot's private key, which opens that port and nothing else."""
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
-from wax.config import allowed, problems
+from wax.config import manual, problems
 from wax.config.driver_settings import DriverSettings
 from wax.errors import ConfigError, PluginError
 from wax.plugin import DRIVERS, load_class, offers
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
 _KEY: Final = "robot.driver"
 _CONTRACT: Final = "wax/config/driver_settings.py"
-_WIDTH: Final = 100
 
 
 def check_here(robot: dict[str, Any], *, ours: Collection[str]) -> list[str]:
@@ -80,29 +78,13 @@ def describe(names: Sequence[str], *, ours: Collection[str]) -> list[str]:
         except ConfigError as error:
             if names:
                 raise
-            lines += [*_comment(str(error)), ""]
+            lines += [*manual.comment(str(error)), ""]
             continue
         if model is None:
             own = f"[robot.{name}] is in the manual" if name in ours else "has no keys of its own"
             lines += [f"# {name}: {own}.", ""]
         else:
-            lines += [f"# {name}", *_table(model)]
-    return lines
-
-
-def _table(model: type[DriverSettings]) -> list[str]:
-    """Return a table's lines: each key with its purpose, allowed values and default."""
-    schema = model.model_json_schema()
-    bare = _without_reasons(schema)
-    lines = [f"[robot.{model.TABLE}]"]
-    for key, field in schema.get("properties", {}).items():
-        _, known = allowed.find(bare, [key])
-        lines += _comment(field.get("description", ""))
-        lines += _comment(f"Allowed: {allowed.words(known or {})}")
-        lines += [
-            f"{key} = {_toml(field['default'])}" if "default" in field else f"# {key} = …",
-            "",
-        ]
+            lines += [f"# {name}", *manual.table(model, f"robot.{model.TABLE}")]
     return lines
 
 
@@ -134,37 +116,7 @@ def _check(model: type[DriverSettings], name: str, table: dict[str, Any]) -> lis
     try:
         model.model_validate(table)
     except ValidationError as error:
-        return problems.lines(error, _without_reasons(model.model_json_schema()), f"robot.{name}")
+        return problems.lines(error, model.model_json_schema(), f"robot.{name}")
     except Exception as error:  # a plug-in's validator may raise anything
         return [f"robot.{name}: checking it failed: {error!r}"]
     return []
-
-
-def _without_reasons(schema: allowed.Schema) -> allowed.Schema:
-    """Drop the fields' descriptions, which `allowed.words` would take for the allowed values."""
-    tables: list[allowed.Schema] = [schema, *schema.get("$defs", {}).values()]
-    bare = [
-        table
-        | {
-            "properties": {
-                key: {word: value for word, value in field.items() if word != "description"}
-                for key, field in table.get("properties", {}).items()
-            }
-        }
-        if table.get("type") == "object"
-        else table
-        for table in tables
-    ]
-    return bare[0] | {"$defs": dict(zip(schema.get("$defs", {}), bare[1:], strict=True))}
-
-
-def _comment(text: str) -> list[str]:
-    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH - 2)]
-
-
-def _toml(value: object) -> str:
-    if isinstance(value, dict):
-        return f"{{ {', '.join(f'{key} = {_toml(inner)}' for key, inner in value.items())} }}"
-    if isinstance(value, list):
-        return f"[{', '.join(_toml(inner) for inner in value)}]"
-    return '"none"' if value is None else allowed.shown(value)

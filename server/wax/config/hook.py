@@ -35,8 +35,8 @@ HookUrl = Annotated[
     Field(
         pattern=r"^https?://(\[[0-9A-Fa-f:.]+\]|[^\s/?#@:\[\]\\]+)(:\d{1,5})?([/?][^\s#]*)?$",
         max_length=2000,
-        description='an address as "https://example.org/hook", without a user\'s name',
     ),
+    allowed.said('an address as "https://example.org/hook", without a user\'s name'),
     ONE_URL,
     AfterValidator(_whole),
 ]
@@ -44,21 +44,55 @@ HookUrl = Annotated[
 
 EventName = Annotated[
     str,
-    Field(
-        pattern=f"^({'|'.join(map(re.escape, NAMES))})$",
-        description=allowed.words({"enum": list(NAMES)}),
-    ),
+    Field(pattern=f"^({'|'.join(map(re.escape, NAMES))})$"),
+    allowed.said(allowed.words({"enum": list(NAMES)})),
 ]
 
 
 class HookSettings(ConfigTable):
-    """One webhook."""
+    """Programs of yours that are told what happens here, each event by a POST of one JSON object.
+    All have version (1), timestamp and type; these are the types, with what else they have (`wax
+    hook schema` prints it as JSON Schema):
+      server.ready, server.ending    software, its version
+      door.opened, door.closed       by [access] hours or by you; one of the two follows each start
+      queue.waiting, queue.empty     somebody waits for a turn, or nobody does any more
+      turn.began                     turn, viewer (numbers), name
+      turn.ended                     the same, and why: "expired", "left", "gone", "idle",
+                                     "ended" (by you), "not_allowed" or "server_ending"
+      stop.pressed, stop.released    stop (its number), role ("observer", "operator", "host" or
+                                     "house"), name; a Stop in force is told again when the server
+                                     is restarted
+      stop.automatic                 viewer, name, why: the robot was stopped while somebody drove;
+                                     one a second at most
+      fault.began, fault.mended      part ("camera", "microphone", "robot", "battery" or "gauge"),
+                                     which (its name, where there are several), why; after 3 s of
+                                     it, or 10 s without
+      cluster.lost, cluster.back     room, the number of its table [[publish]]
+      tunnel.lost, tunnel.back       why: whether people elsewhere reach the page through [door]
+      viewer.removed, viewer.banned  viewer, name
+      tape.kept                      by: "host", "operator" or "fault"
+    Each is signed as Standard Webhooks 1.0 has it (webhook-id, webhook-timestamp,
+    webhook-signature), so its libraries check it. A receiver has 10 s to answer with 2xx; redirects
+    are not followed. An event that is not accepted is sent again, with the same id, for ten
+    minutes; `Retry-After` (with 429 and 503) is waited for, up to 300 s. Another 4xx than 408, 425
+    and 429 refuses this event for good, 410 switches the hook off until the next start. Events of
+    stop and fault come in order among themselves, the others too; the former wait for none of the
+    latter: sort by `timestamp`. Of more than 200 that wait the oldest are lost. Driving never waits
+    for it. `wax hook test` sends a sample, of the type hook.test.
+    """
 
     url: HookUrl
+    """Where events are posted; its path is shown nowhere."""
     events: Annotated[list[EventName], Field(max_length=len(NAMES))] = []
+    """The events that are sent; all of them if the list is empty."""
     secret_file: Annotated[str, Field(min_length=1)]
+    """The file with the secret that signs; make one: (umask 077; echo whsec_$(openssl rand -base64
+    32) > FILE)."""
     ca_file: str = ""
+    """The file with the certificate of the authority that signed the receiver's, if it is your own;
+    as in [mqtt]."""
     names: bool = False
+    """Whether people's names are told; otherwise name is null. Addresses never are."""
 
     @model_validator(mode="after")
     def _encrypts(self) -> Self:

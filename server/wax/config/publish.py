@@ -7,39 +7,48 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from wax.config.addresses import ONE_URL
+from wax.config.allowed import said
 from wax.config.table import ConfigTable
 from wax.named_file import told_text
 
 _WebSocket = Annotated[
     str,
-    Field(
-        pattern=r"^(wss?://[^\s/?#@]+(/[^\s?#]*)?)?$",
-        description='an address as "wss://livekit.example.org", without a user\'s name',
-    ),
+    Field(pattern=r"^(wss?://[^\s/?#@]+(/[^\s?#]*)?)?$"),
+    said('an address as "wss://livekit.example.org", without a user\'s name'),
     ONE_URL,
 ]
 _Http = Annotated[
     str,
-    Field(
-        pattern=r"^(https?://[^\s/?#@]+(/[^\s?#]*)?)?$",
-        description='an address as "https://media.example.org", without a user\'s name',
-    ),
+    Field(pattern=r"^(https?://[^\s/?#@]+(/[^\s?#]*)?)?$"),
+    said('an address as "https://media.example.org", without a user\'s name'),
     ONE_URL,
 ]
 
 
 class PublishSettings(ConfigTable):
-    """One room at LiveKit, or at any media server with WHIP (RFC 9725)."""
+    """Rooms of a media engine, to which observers are sent when this machine or its upload is full;
+    the queue, driving and Stop stay here (config/deploy/README.md). LiveKit keeps a room on one
+    of its nodes, so a bigger crowd takes several rooms.
+    """
 
     livekit: _WebSocket = ""
+    """LiveKit's address for pages."""
     room: Annotated[str, Field(max_length=64)] = "robot"
+    """Its name there."""
     api_key: str = ""
+    """The key that LiveKit knows."""
     api_secret: Annotated[str, Field(repr=False)] = ""
+    """The secret of that key, where no file holds it."""
     api_secret_file: str = ""
+    """The file that holds the secret of that key."""
     whip: _Http = ""
+    """The address of any server that takes WHIP, instead of livekit."""
     whip_token: Annotated[str, Field(repr=False)] = ""
+    """The bearer token that it wants."""
     watch: _Http = ""
+    """The page on which people watch it there."""
     max_viewers: Annotated[int, Field(ge=1, le=100_000)] = 1000
+    """The most who are sent to this room."""
 
     @model_validator(mode="after")
     def _is_one(self) -> Self:

@@ -10,14 +10,34 @@ from wax.config.table import ConfigTable
 
 
 class RecordingSettings(ConfigTable):
-    """Nothing is recorded unless `enabled`."""
+    """The tape: picture and sound as they were sent in the best quality, and what was commanded and
+    what became of it, on disk for a while. Everybody sees on their page that it runs. `wax tape`
+    lists, keeps and deletes what is on it, `wax replay` plays it. A power cut costs it about a
+    second; what it cuts off is mended at the next start, or by `wax tape repair`, so that other
+    programs read it.
+    """
 
     enabled: bool = False
+    """Whether to record. The best rendition is then always encoded, whether anybody watches or
+    not."""
     folder: str = ""
+    """The folder. "" is the folder tape beside the records. It shows and tells everything, so it is
+    made for its owner only."""
     max_gb: Annotated[float, Field(ge=0.1, le=100_000)] = 20.0
+    """The most gigabytes that the tape takes; then the oldest goes, and last what was kept because
+    of a fault or by an operator. What the host keeps never goes by itself. A day at 1 Mbit/s
+    takes 11."""
     min_free_gb: Annotated[float, Field(ge=0, le=100_000)] = 2.0
+    """The gigabytes that stay free on its disk; the tape stops before, the robot does not."""
     keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 7.0
+    """After how many days what the host has not kept is deleted."""
     segment_s: Annotated[float, Field(ge=10, le=600)] = 60.0
+    """The least seconds in one part of the tape, which is a few files; the next begins with the
+    next keyframe. Parts are kept and deleted as a whole."""
     sound: bool = True
+    """Whether the sound is on it, too. Ask what your law says about recording people's voices."""
     cameras: bool = True
+    """Whether the cameras beside the driving view are on it, too, each in the best of its
+    renditions, which is then always encoded."""
     names: bool = False
+    """Whether people's names are on it; otherwise they are numbers. Addresses never are."""

@@ -10,8 +10,14 @@ from wax.config.table import ConfigTable
 
 
 class RecordSettings(ConfigTable):
-    """`[records]`: what is recorded, and for how long."""
+    """Who came, who drove, who pressed Stop and how links were, for `wax records`. Addresses are
+    shortened.
+    """
 
     enabled: bool = True
+    """Whether anything is recorded. Without records, bans and used invitations last until the
+    server ends."""
     path: str = ""
+    """The file, an SQLite database. "" is records.db in [server] state_dir."""
     keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 30.0
+    """Days after which they are deleted."""

@@ -11,12 +11,19 @@ from wax.config.table import ConfigTable
 
 
 class RelaySettings(ConfigTable):
-    """`[relay]`: a TURN server for viewers whose network blocks UDP; none by default."""
+    """A TURN server (config/deploy/turnserver.conf is one for coturn), which relays for viewers
+    whose network lets no UDP out.
+    """
 
     urls: Annotated[list[TurnUrl], Field(max_length=4)] = []
+    """Its addresses; with "?transport=tcp" it is reached by TCP, with "turns:" by TLS."""
     secret: Annotated[str, Field(repr=False)] = ""
+    """The TURN server's static-auth-secret. Viewers never see it, but get a name and a password
+    that end after ten minutes."""
     secret_file: str = ""
+    """A file with that secret, so that it need not stand here."""
     only: bool = False
+    """Viewers use the relay even where they could connect directly."""
 
     @model_validator(mode="after")
     def _has_what_it_needs(self) -> Self:

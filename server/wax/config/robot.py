@@ -17,25 +17,47 @@ OwnT = TypeVar("OwnT", bound="DriverSettings")
 
 
 class RobotSettings(ConfigTable):
-    """`[robot]`: our keys, and drivers' own tables (`DriverSettings`)."""
+    """The robot, its limits and its wheels."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, dict[str, Any]] = Field(init=False)
 
     driver: Annotated[str, Field(min_length=1)] = "simulated"
+    """The robot: "simulated", "serial", another driver that `wax devices` lists, or your own class
+    as "package.module:Class". A driver may bring keys of its own, in a table [robot.NAME]: `wax
+    config` shows them."""
     max_linear_mps: Annotated[float, Field(gt=0, le=10)] = 0.6
+    """The highest speed forward or back, in metres a second. 0.6 is a stroll, safe indoors."""
     max_angular_rps: Annotated[float, Field(gt=0, le=20)] = 1.5
+    """The highest turning speed, in radians a second. 1.5 is a quarter turn a second: at more,
+    people overshoot when the picture is 200 ms late."""
     max_linear_acceleration_mps2: Annotated[float, Field(gt=0, le=100)] = 1.5
+    """The highest acceleration, in metres a second, per second."""
     max_angular_acceleration_rps2: Annotated[float, Field(gt=0, le=200)] = 6.0
+    """The highest acceleration of turning, in radians a second, per second."""
     braking_mps2: Annotated[float, Field(gt=0, le=100)] = 2.0
+    """How hard the robot and its board brake, in metres a second, per second. Measure it with `wax
+    prove-stop`; the speed allowed over a link depends on it."""
     soft_braking: bool = False
+    """Slow down at that rate, instead of at once, when the operator lets go or their commands end:
+    for a robot that would fall over. Stop, hand-over and faults still stop it at once."""
     silence_ms: Annotated[int, Field(ge=60, le=1000)] = 120
+    """The driver process stops the robot after this many milliseconds without a message from the
+    server. 120 is six periods at 50 Hz."""
     wheel_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
+    """Metres between the two driven wheels, which sets their speeds in a turn."""
     width_m: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """Metres from its left to its right edge, for the path that the page draws on the picture. 0 is
+    not known: one line is drawn for its middle, except for the simulated robot, which knows
+    itself."""
     left_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    """The fraction of its speed that the left motor gets, for a robot that drifts to the right."""
     right_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    """The fraction of its speed that the right motor gets, for a robot that drifts to the left."""
     invert_left: bool = False
+    """The left motor is wired the other way round."""
     invert_right: bool = False
+    """The right motor is wired the other way round."""
     serial: SerialSettings = SerialSettings()
 
     def own(self, model: type[OwnT]) -> OwnT:

@@ -55,7 +55,15 @@ _MOST_LEVELS: Final = 16
 
 
 class Settings(ConfigTable):
-    """The whole configuration."""
+    """The manual of WAX's configuration: every key, with its default value. It is written from
+    server/wax/config by `make manual`.
+
+    Copy the keys you want to change into a file of your own and start with: wax --config FILE
+
+    A name ends with its unit: _s seconds, _ms milliseconds, _hz times a second, _bps bits a second,
+    _m metres, _mps metres a second, _rps radians a second. A file's relative name begins where the
+    server was started, not beside the configuration.
+    """
 
     publish: Annotated[list[PublishSettings], Field(max_length=16)] = []
     hook: Annotated[list[HookSettings], Field(max_length=MAX_HOOKS)] = []

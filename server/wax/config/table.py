@@ -6,6 +6,8 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from wax.config.allowed import said
+
 
 class ConfigTable(BaseModel):
     """A table of the configuration: no other keys, no conversion, no change."""
@@ -15,10 +17,8 @@ class ConfigTable(BaseModel):
 
 Name = Annotated[
     str,
-    Field(
-        pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,15}$",
-        description="a name of at most 16 letters, digits and _, not beginning with a digit",
-    ),
+    Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,15}$"),
+    said("a name of at most 16 letters, digits and _, not beginning with a digit"),
 ]
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from wax.config.allowed import said
 from wax.config.line_template import ANY, MAX_CHARS, LineTemplate
 from wax.config.table import ConfigTable
 
@@ -25,14 +26,11 @@ REPORTED: Final = (
 )
 """The fields of a line from the robot; ``_dv`` is tenths of a volt."""
 
-Line = Annotated[str, Field(max_length=MAX_CHARS, description="a line in double quotes, or empty")]
+Line = Annotated[str, Field(max_length=MAX_CHARS), said("a line in double quotes, or empty")]
 OneLine = Annotated[
     str,
-    Field(
-        min_length=1,
-        description="a line in double quotes",
-        json_schema_extra={"plural": "lines"},
-    ),
+    Field(min_length=1),
+    said("a line in double quotes", plural="lines"),
 ]
 Lines = list[OneLine]
 
@@ -41,8 +39,11 @@ class TextAxisSettings(ConfigTable):
     """One of `axis`: the line of the axis with the same index in `[robot.serial] axes`."""
 
     line: OneLine
+    """The line that moves it, with {position}."""
     least: Annotated[float, Field(ge=-1e6, le=1e6)] = -1.0
+    """The number for its position -1."""
     most: Annotated[float, Field(ge=-1e6, le=1e6)] = 1.0
+    """The number for its position 1."""
 
     @field_validator("line")
     @classmethod
@@ -53,24 +54,61 @@ class TextAxisSettings(ConfigTable):
 
 
 class TextDialectSettings(ConfigTable):
-    """The text dialect; with another dialect, `drive` may stay empty."""
+    r"""The lines of the dialect "text". A line is text in double quotes, "\r" and "\n" its end as
+    the board wants it. {left} and {right} are the wheels' speeds, {linear} and {angular} the
+    robot's; {left} is a whole number, {left:.2f} has two decimals. ros-arduino-bridge.toml and
+    roboteq.toml are examples.
+    """
 
     drive: Line = ""
+    r"""The line that drives the robot, such as "m {left} {right}\r"; the dialect "text" needs it.
+    """
     stop: Line = ""
+    """The line that stops it, where that is not drive with zeros. It is said again and again; the
+    next drive must start the robot again without anything between."""
     per_mps: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+    """The number that the line says is the speed in metres a second times this: 1 for m/s, 1000 for
+    mm/s; for encoder ticks a loop, the ticks of a metre divided by the loops of a second; for
+    shares of full power, the largest share divided by the speed that you measure with it."""
     per_rps: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+    """The same of turning, where the line has {angular}: 1 for radians a second, 57.3 for degrees.
+    """
     limit: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+    """The largest number that the line may say, such as 255 or 1000; both are reduced together, so
+    that a curve stays the same. 0: there is no limit."""
     ttl_ms: Annotated[int, Field(ge=0, le=10_000)] = 0
+    """Milliseconds without a line after which the board stops by itself: look for a timeout in its
+    program. 0: it does not, or you do not know. Then a pulled cable leaves it moving, and WAX
+    warns."""
     keep_alive_ms: Annotated[int, Field(ge=20, le=1000)] = 100
+    """Milliseconds after which the newest line is said again, standstill as well. Change is said at
+    once."""
     boot_ms: Annotated[int, Field(ge=0, le=10_000)] = 2000
+    """Milliseconds from the opening of the port until the board listens. Most Arduinos restart
+    then."""
     begin: Annotated[Lines, Field(max_length=8)] = []
+    """Lines said once the board listens, such as settings. The robot is told to stop before and
+    after."""
     end: Annotated[Lines, Field(max_length=4)] = []
+    r"""Lines said at the end, after the last stop, such as "!EX\r"."""
     answers: Line = ""
+    """What the board answers to a line, such as "OK"; then it counts as there only while it does.
+    Leave it empty where it answers nothing."""
     answer_ms: Annotated[int, Field(ge=100, le=1000)] = 500
+    """Milliseconds without such an answer after which the robot counts as gone, and must be driven
+    anew."""
     ask: Annotated[Lines, Field(max_length=4)] = []
+    """Lines that ask the board for what reports describes, one after the other."""
     ask_ms: Annotated[int, Field(ge=50, le=10_000)] = 200
+    """Milliseconds from one such question to the next."""
     reports: Annotated[Lines, Field(max_length=8)] = []
+    """What the board tells, such as "V={battery_v}" or "{left_ticks} {right_ticks}". It may name
+    {battery_v}, {battery_dv} (tenths of a volt), {battery_mv}, {bumpers} (a bit each), {moving}
+    (0 if not), {left} and {right} (speeds in any unit), {left_ticks} and {right_ticks}, and {_}
+    for a number of no interest."""
     axis: Annotated[list[TextAxisSettings], Field(max_length=4)] = []
+    r"""The lines of [robot.serial] axes, one table for each and in their order, such as
+    [[robot.serial.text.axis]] with line = "s 9 {position}\r"."""
 
     @field_validator("drive")
     @classmethod
