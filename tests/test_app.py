@@ -26,6 +26,7 @@ from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
 from wax.errors import StartError
 from wax.machine import memory
+from wax.protocol.robot_report import ROBOT_NUMBERS
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.sentence import Sentence
 from wax.session.kept_state import KeptFile
@@ -191,8 +192,7 @@ async def test_a_driver_that_raises_takes_nothing_down(
         "bumpers": 0,
         "gauges": {},
         "controls": {},
-        "battery_v": None,
-        "battery_fraction": None,
+        **dict.fromkeys(ROBOT_NUMBERS),
         "aboard": None,
     }
 

@@ -42,7 +42,7 @@ function write(name, made) {
 
 const { constants, sentences, ...schema } = JSON.parse(askServer());
 const values = Object.entries(constants).map(
-  ([name, value]) => `export const ${name} = ${JSON.stringify(value)};\n`,
+  ([name, value]) => `export const ${name} = ${JSON.stringify(value)} as const;\n`,
 );
 const banner = "/* Made by `npm run types` from server/wax/protocol/messages.py; do not edit. */";
 const defaults = Object.entries(schema.$defs).flatMap(([name, { properties = {} }]) => {

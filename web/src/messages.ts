@@ -1,7 +1,10 @@
 /** The message types, generated from the server's models by `npm run types`. */
 export type * from "./generated/messages";
-/** The columns of the drive channel's rows, and the longest name that the server accepts. */
-export { DRIVE_COLUMNS, MAX_NAME_CHARS } from "./generated/messages";
+/**
+ * The columns of the drive channel's rows, the longest name that the server accepts, and how the
+ * robot's numbers are shown.
+ */
+export { DRIVE_COLUMNS, MAX_NAME_CHARS, ROBOT_NUMBERS } from "./generated/messages";
 
 import type {
   Here,

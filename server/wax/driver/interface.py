@@ -123,6 +123,16 @@ class RobotState:
     """Shown only on the status page."""
 
     @property
+    def told(self) -> dict[str, float | None]:
+        """The values of `wax.protocol.robot_report` by name; most are among the gauges."""
+        return {
+            **self.gauges,
+            "bumpers": self.bumpers,
+            "battery_v": self.battery_v,
+            "battery_fraction": self.battery_fraction,
+        }
+
+    @property
     def said(self) -> Sentence | None:
         """The problem as a `Sentence` for the page."""
         if self.problem is None or isinstance(self.problem, Sentence):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from wax.house import commands
 from wax.house.slug import slug
+from wax.protocol.robot_report import HOUSE_SENSORS
 
 if TYPE_CHECKING:
     from wax.config.settings import Settings
@@ -91,7 +92,8 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
 
     shows("queue", "sensor", "Queue", **_MEASURED)
     shows("viewers", "sensor", "Viewers", **_MEASURED)
-    shows("battery", "sensor", "Battery", device_class="battery", unit_of_measurement="%")
+    for one in HOUSE_SENSORS:
+        shows(one.topic, "sensor", one.name, **one.keys)
     for gauge in settings.gauges:
         unit = {"unit_of_measurement": gauge.unit} if gauge.unit else {}
         name = gauge.label or gauge.name

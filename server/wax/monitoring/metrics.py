@@ -20,6 +20,7 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 
 from wax.control.lateness import BOUNDS_MS
+from wax.protocol.robot_report import ROBOT_NUMBERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -129,9 +130,10 @@ def _of_turns(status: Mapping[str, Any], stops: Mapping[str, int]) -> Iterator[M
     yield GaugeMetricFamily("wax_stop_latched", "1 while a pressed stop is in force", int(latched))
     robot = status["robot"]
     yield GaugeMetricFamily("wax_robot_connected", "1 if it is", int(bool(robot["connected"])))
-    left = _number(robot["battery_fraction"])
-    if left is not None:
-        yield GaugeMetricFamily("wax_battery_ratio", "What is left in the robot's battery", left)
+    for name, number in ROBOT_NUMBERS.items():
+        told = _number(robot.get(name))
+        if number.metric is not None and told is not None:
+            yield GaugeMetricFamily(*number.metric, told)
 
 
 def _of_streams(streams: Mapping[str, Any]) -> Iterator[Metric]:

@@ -13,6 +13,7 @@ from typing import Annotated, Final, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from wax.protocol import compact, foreign_json
+from wax.protocol.robot_report import RobotReport
 from wax.sentence import Sentence
 
 MAX_DRIVE_BYTES = 256
@@ -559,20 +560,16 @@ class CallInfo(_Outgoing):
     until_server_ms: float
 
 
-class RobotStatus(_Outgoing):
+class RobotStatus(RobotReport, _Outgoing):
     """The robot; `problem` is a sentence, null if there is none.
 
-    `bumpers` has a bit for each pressed bumper. A robot may report its battery's voltage, the
-    fraction left (0 to 1), both, or neither (null). `gauges` are those of `Hello` that it reports,
-    `beyond` those beyond a limit, with the consequence. `ttl_ms` is the `LossRules.robot_ttl_ms`
-    that the robot itself reports, 0 if it never stops by itself, null if it reports none.
+    `gauges` are those of `Hello` that the robot reports, `beyond` those beyond a limit, with the
+    consequence. `ttl_ms` is the `LossRules.robot_ttl_ms` that it reports, 0 if it never stops by
+    itself, null if it reports none.
     """
 
     connected: bool
     problem: Sentence | None = None
-    bumpers: int = 0
-    battery_v: float | None = None
-    battery_fraction: float | None = None
     gauges: dict[str, float] = {}
     beyond: dict[str, Literal["warn", "stop"]] = {}
     ttl_ms: float | None = None

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from wax.errors import ProtocolError
+from wax.protocol.robot_report import RobotReport
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,7 +63,7 @@ class Steered(_Event):
     limit: str | None
 
 
-class Reported(_Event):
+class Reported(RobotReport, _Event):
     """The state that the robot reported."""
 
     type: Literal["reported"] = "reported"
@@ -72,9 +73,6 @@ class Reported(_Event):
     x_m: float | None
     y_m: float | None
     heading_rad: float | None
-    bumpers: int
-    battery_v: float | None
-    battery_fraction: float | None
 
 
 class Turned(_Event):

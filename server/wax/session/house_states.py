@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from wax.house.commands import BLANKED, OFF, ON, OPEN, PAUSED
 from wax.house.discovery import DRIVER, gauge_key
 from wax.house.house import UNKNOWN
+from wax.protocol.robot_report import ROBOT_NUMBERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,7 +24,6 @@ def house_states(
 
     The empty text deletes a name that the broker retains from before.
     """
-    battery = room.robot.battery_fraction
     driver = ""
     if names:
         drives = (one.name for one in room.viewers if one.id == room.turn.operator)
@@ -32,11 +32,15 @@ def house_states(
         DRIVER: driver,
         "queue": str(sum(one.role == "queued" for one in room.viewers)),
         "viewers": str(len(room.viewers)),
-        "battery": UNKNOWN if battery is None else _number(battery * 100, 0),
         OPEN: ON if is_open else OFF,
         PAUSED: ON if room.host_settings.held else OFF,
         BLANKED: ON if room.host_settings.blanked else OFF,
     }
+    for name, number in ROBOT_NUMBERS.items():
+        if number.sensor is not None:
+            told = getattr(room.robot, name)
+            known = math.nan if told is None else told * number.factor
+            states[number.sensor.topic] = _number(known, number.decimals)
     for gauge in gauges:
         value = room.robot.gauges.get(gauge.name, math.nan)
         states[gauge_key(gauge.name)] = _number(value, gauge.decimals)

@@ -11,7 +11,7 @@ from wax.capture.undated import undated
 from wax.control import reasons
 from wax.control.gate import LAPSE_S
 from wax.driver.interface import Aboard, KnowsItsView
-from wax.protocol import messages
+from wax.protocol import messages, robot_report
 from wax.records.shortened import shortened
 from wax.sentence import Sentence
 from wax.session import equipment
@@ -147,9 +147,7 @@ class PageMessages:
             robot=messages.RobotStatus(
                 connected=state.connected,
                 problem=state.said,
-                bumpers=state.bumpers,
-                battery_v=None if state.battery_v is None else round(state.battery_v, 1),
-                battery_fraction=state.battery_fraction,
+                **robot_report.report(state.told),
                 gauges=equipment.gauge_values(self._settings.gauges, state),
                 beyond=equipment.beyond(self._settings.gauges, state),
                 ttl_ms=_ms(state.ttl_s),

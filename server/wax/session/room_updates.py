@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from wax.protocol.robot_report import ROBOT_NUMBERS
 from wax.protocol.room_change import between
 from wax.token_bucket import TokenBucket
 
@@ -22,9 +23,7 @@ _PLACES_HZ: Final = 1.0
 _PLACES_BURST: Final = 4
 _NAMES_HZ: Final = 1.0
 _FLEETING_EVERY_S: Final = 5.0
-_FLEETING: Final[dict[str, Any]] = {
-    "robot": {"battery_v": True, "battery_fraction": True, "gauges": True}
-}
+_FLEETING: Final[dict[str, Any]] = {"robot": {"gauges", *ROBOT_NUMBERS}}
 _LISTS: Final = {"type": True, "viewers": True}
 
 

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from wax import __version__
+from wax.protocol.robot_report import ROBOT_VALUES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -213,6 +214,7 @@ class Status:
 
     def _robot(self) -> dict[str, object]:
         state = self._control.robot_state
+        told = state.told
         return {
             **state.extra,  # first, so that a plug-in cannot override the rest
             "kind": self._kind,
@@ -221,11 +223,9 @@ class Status:
             "moving": state.moving,
             "pose": None if state.pose is None else asdict(state.pose),
             "aboard": None if state.aboard is None else asdict(state.aboard),
-            "bumpers": state.bumpers,
             "gauges": dict(state.gauges),
             "controls": dict(self._control.control_values),
-            "battery_v": state.battery_v,
-            "battery_fraction": state.battery_fraction,
+            **{name: told.get(name) for name in ROBOT_VALUES},
         }
 
 

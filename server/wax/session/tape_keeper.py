@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
-from wax.protocol import messages, tape_events
+from wax.protocol import messages, robot_report, tape_events
 from wax.protocol.events import TapeKept
 from wax.sentence import Sentence
 from wax.session.record_keeper import name_of, why_stopped
@@ -231,7 +231,7 @@ class TapeKeeper:
         self._recorder.event(stopped, now_s, lasts_as="stopped")
 
     def _write_robot(self, state: RobotState, now_s: float) -> None:
-        pose, battery_v = state.pose, _known(state.battery_v)
+        pose = state.pose
         reported = tape_events.Reported(
             connected=state.connected,
             problem=None if state.said is None else str(state.said),
@@ -239,9 +239,7 @@ class TapeKeeper:
             x_m=None if pose is None else _known(pose.x_m),
             y_m=None if pose is None else _known(pose.y_m),
             heading_rad=None if pose is None else _known(pose.heading_rad),
-            bumpers=state.bumpers,
-            battery_v=None if battery_v is None else round(battery_v, 1),
-            battery_fraction=_known(state.battery_fraction),
+            **robot_report.report(state.told),
         )
         self._write_changed(reported, now_s, gap_s=_POSE_S if pose is not None else 0.0)
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
-from wax.protocol import messages, room_change, tape_events
+from wax.protocol import messages, robot_report, room_change, tape_events
 from wax.sentence import CATALOGUE
 
 if TYPE_CHECKING:
@@ -74,9 +74,19 @@ def schema() -> dict[str, Any]:
         "properties": {name: unions[name, mode] for name, mode in _CHANNELS.items()},
         "required": list(_CHANNELS),
         "$defs": shared["$defs"],
-        "constants": {name: getattr(messages, name) for name in _CONSTANTS},
+        "constants": {name: getattr(messages, name) for name in _CONSTANTS}
+        | {"ROBOT_NUMBERS": _numbers()},
         "sentences": CATALOGUE,
     }
+
+
+def _numbers() -> list[dict[str, Any]]:
+    """Return how the page shows the robot's numbers."""
+    shown = ("words", "unit", "factor", "decimals", "is_replayed")
+    return [
+        {"name": name} | {key: getattr(number, key) for key in shown}
+        for name, number in robot_report.ROBOT_NUMBERS.items()
+    ]
 
 
 def _describe(definitions: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 import type { Commanded, Reported, Steered, TapePart, Watched } from "../messages";
 import { msWords, sizeWords } from "../view/figures";
+import { replayedNumbers } from "../view/robotNumbers";
 import { type Code, figure, locale, t } from "../words/words";
 import { reasonWords } from "./reasons";
 
@@ -60,13 +61,13 @@ export function steeredWords(steered: Steered | null): string {
 /** What the robot reports; a problem in its driver's own words. */
 export function reportedWords(reported: Reported | null): string {
   if (!reported) return t("replay.unknown");
-  const { connected, problem, moving, bumpers, battery_v } = reported;
+  const { connected, problem, moving, bumpers } = reported;
   if (!connected) return t("replay.robot.unconnected");
   const said = [
     ...(problem ? [problem] : []),
     ...(moving === null ? [] : [t(moving ? "replay.robot.turns" : "replay.robot.stands")]),
     ...(bumpers ? [t("replay.robot.bumper")] : []),
-    ...(battery_v === null ? [] : [t("replay.robot.battery", { volts: figure(battery_v, 1) })]),
+    ...replayedNumbers(reported),
   ];
   return said.join(", ") || t("replay.robot.nothing");
 }

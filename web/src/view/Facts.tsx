@@ -13,7 +13,8 @@ import {
   sentSoundWords,
   skewWords,
 } from "./figures";
-import { batteryWords, isUndated } from "./words";
+import { NAMES, numbersNamed } from "./robotNumbers";
+import { isUndated } from "./words";
 
 /**
  * How well it plays, what is sent, and why. The picture age runs from when the server receives the
@@ -24,7 +25,7 @@ export function Facts() {
   const { pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
   const { pauses, freezes } = facts.value;
   const pictureMs = isUndated(room.value) ? null : facts.value.pictureMs;
-  const battery = room.value && batteryWords(room.value.robot);
+  const robot = room.value?.robot;
   return (
     <dl class="facts">
       <Fact name={t("facts.picture_age")}>{ageWords(pictureMs, pictureErrorMs)}</Fact>
@@ -45,7 +46,17 @@ export function Facts() {
       </Fact>
       <Player />
       <Fact name={t("facts.link")}>{linkWords(served.value)}</Fact>
-      {battery && <Fact name={t("facts.battery")}>{battery}</Fact>}
+      {robot &&
+        NAMES.map((code) => {
+          const numbers = numbersNamed(code, robot);
+          return (
+            numbers.length > 0 && (
+              <Fact key={code} name={t(code)}>
+                {numbers.join(", ")}
+              </Fact>
+            )
+          );
+        })}
       <Reasons sentences={reasons(playout.value, served.value, player.value)} />
     </dl>
   );

@@ -6,9 +6,10 @@ import { GaugeWarnings } from "./Gauges";
 import { BatteryIcon, BumperIcon, EarIcon, MutedIcon } from "./icons";
 import { LinkStatus } from "./LinkStatus";
 import { robotName } from "./robotName";
+import { numbersNamed } from "./robotNumbers";
 import { SoundMeter } from "./SoundMeter";
 import { TapeBadge } from "./TapeBadge";
-import { batteryWords, isUndated, silenceWords } from "./words";
+import { isUndated, silenceWords } from "./words";
 
 /** Over the picture's upper edge: only what needs a glance while driving. */
 export function Hud() {
@@ -35,7 +36,7 @@ function Robot() {
   const { room, isConnected } = useState();
   const robot = room.value?.robot;
   if (!robot || !isConnected.value) return null;
-  const battery = batteryWords(robot);
+  const [battery] = numbersNamed("facts.battery", robot);
   const isLow = robot.battery_fraction !== null && robot.battery_fraction < LOW_BATTERY;
   return (
     <>
@@ -48,7 +49,7 @@ function Robot() {
       {battery && (
         <span class={isLow ? "chip is-poor" : "chip"} title={t("hud.battery")}>
           <BatteryIcon />
-          <span class="figure">{battery.split(",")[0]}</span>
+          <span class="figure">{battery}</span>
         </span>
       )}
       <GaugeWarnings />

@@ -5,7 +5,6 @@ import { named } from "../words/named";
 import { says } from "../words/said";
 import { qualityWords } from "./host/qualityWords";
 import {
-  batteryWords,
   connectionWords,
   inOrder,
   joinWords,
@@ -180,13 +179,6 @@ describe("a stop", () => {
       "Nothing moves until the host releases it.",
     );
   });
-});
-
-it("shows what the robot reports of its battery", () => {
-  const { robot } = room({});
-  expect(batteryWords(robot)).toBe(null);
-  expect(batteryWords({ ...robot, battery_v: 7.4 })).toBe("7.4 V");
-  expect(batteryWords({ ...robot, battery_v: 12, battery_fraction: 0.615 })).toBe("62 %, 12.0 V");
 });
 
 describe("the turn's clock", () => {

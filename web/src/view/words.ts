@@ -3,19 +3,11 @@
 import type { Asked } from "../aboard";
 import type { MissedCall } from "../call";
 import type { LinkState } from "../link/link";
-import type {
-  CameraInfo,
-  Hello,
-  RobotStatus,
-  RoomState,
-  Served,
-  StopInfo,
-  ViewerInfo,
-} from "../messages";
+import type { CameraInfo, Hello, RoomState, Served, StopInfo, ViewerInfo } from "../messages";
 import type { Voice } from "../voice/talk";
 import { named } from "../words/named";
 import { said } from "../words/said";
-import { type Code, figure, locale, t } from "../words/words";
+import { type Code, locale, t } from "../words/words";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -257,15 +249,6 @@ export function blanked(): string {
 /** For an operator after the stop was released, until they press a control. */
 export function released(): string {
   return t("stop.released");
-}
-
-/** The battery's charge and voltage, as far as the robot reports them; null if it does not. */
-export function batteryWords({ battery_v, battery_fraction }: RobotStatus): string | null {
-  const words = [
-    ...(battery_fraction === null ? [] : [`${Math.round(battery_fraction * 100)} %`]),
-    ...(battery_v === null ? [] : [`${figure(battery_v, 1)} V`]),
-  ];
-  return words.length === 0 ? null : words.join(", ");
 }
 
 /** Why there is no picture or sound, or the robot cannot move, in the server's sentences. */

@@ -14,13 +14,13 @@ const ALL = await Promise.all(
 /** Messages that are the same in English. */
 const SAME: Readonly<Record<string, readonly string[]>> = {
   de: [
+    "figures.quantity",
     "figures.stereo",
     "panels.details",
     "panels.host",
     "replay.motion",
     "replay.part.size",
     "replay.plot.mps",
-    "replay.robot.battery",
     "replay.speed.normal",
     "replay.why",
     "stats.unit.kbps",
