@@ -52,9 +52,10 @@ class ServedNotifier:
         every_s = _THIN_EVERY_S if estimate.rate_bps < _THIN_BPS else _EVERY_S
         if not is_news and now_s - self._told_s < every_s:
             return
+        self._told_s = now_s
         message = served(estimate, allocation, in_step=in_step, cameras=cameras)
         if message != told:
-            self._told, self._told_s = message, now_s
+            self._told = message
             self._page.send(message)
 
 
