@@ -11,7 +11,7 @@ from tests.packages import install
 
 from wax import plugin
 from wax.__main__ import main
-from wax.config import driver_tables
+from wax.config import driver_tables, manual
 from wax.config import settings as config
 from wax.config.log import LogSettings
 from wax.config.robot import RobotSettings
@@ -36,7 +36,8 @@ class TankSettings(DriverSettings):
     TABLE = "tank"
 
     bus: Annotated[int, Field(ge=0, le=7)] = Field(1, description="The number of its bus.")
-    gear: Literal["low", "high"] = Field("low", description="The gear; high is for roads.")
+    gear: Literal["low", "high"] = "low"
+    \"\"\"The gear; high is for roads.\"\"\"
     names: list[str] = Field([], description="What its tracks are called.")
     ratio: Annotated[float, Field(gt=0)] = Field(2.5, description="Turns of the motor for one.")
     track: Track = Field(Track(), description="What it runs on.")
@@ -208,6 +209,8 @@ def test_the_tables_are_shown_with_reasons_and_ranges(capsys: pytest.CaptureFixt
     assert main(["config", "tank"]) == 0
     shown = capsys.readouterr().out
     assert "# The number of its bus.\n# Allowed: a whole number from 0 to 7\nbus = 1\n" in shown
+    assert '# The gear; high is for roads.\n# Allowed: "low" or "high"\ngear = "low"\n' in shown
+    assert "# What it runs on.\n[robot.tank.track]\n# How many teeth its wheel has.\n" in shown
     tree = {"robot": {"driver": "tank"} | tomllib.loads(shown)["robot"]}
     assert (
         config.parse(tree, "shown").robot.own(
@@ -247,5 +250,5 @@ def test_every_table_of_ours_is_explained(name: str) -> None:
         return
     assert name == model.TABLE
     assert config.parse({"robot": {name: model().model_dump(mode="json")}}, "x")
-    for key, field in model.model_fields.items():
-        assert len((field.description or "").split()) >= 2, key
+    for key, text in manual.purposes(model).items():
+        assert len(text.split()) >= 2, key

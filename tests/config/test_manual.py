@@ -121,7 +121,7 @@ def test_what_stands_at_a_key_is_in_the_manual() -> None:
         "#   1  is slow.\n"
         "# The last is fast.\n"
         "# Each is a whole number at least 1.\n"
-        "# Allowed: a list of tables\n"
+        "# Allowed: a list of numbers\n"
         "gears = []\n"
         "\n"
         "# What it carries.\n"

@@ -106,7 +106,8 @@ def _text(schema: Schema) -> str:
 
 def _plural(items: Schema) -> str:
     """Say what a list is of: the `plural` that its items' type names, or names."""
-    return str(items.get("plural", "names")) if items.get("type") == "string" else "tables"
+    plain = {"string": "names", "integer": "numbers", "number": "numbers"}
+    return str(items.get("plural") or plain.get(items.get("type", ""), "tables"))
 
 
 def _range(schema: Schema) -> str:

@@ -6,17 +6,15 @@ there begins a new line, and indented lines are kept as they are.
 
 from __future__ import annotations
 
-import ast
 import inspect
 import json
 import textwrap
-from functools import cache
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, TypeGuard, get_args
 
 from pydantic import BaseModel
 
 from wax.config import allowed
+from wax.field_docs import field_docs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -109,10 +107,7 @@ class _Manual:
 
 def purposes(model: Model) -> dict[str, str]:
     """Return the purpose of each key: the docstring below it, else its description."""
-    written: dict[str, str] = {}
-    for base in reversed(model.__mro__):
-        if issubclass(base, BaseModel) and base is not BaseModel:
-            written |= _docstrings(base)
+    written = field_docs(model)
     fields = model.model_fields.items()
     return {key: written.get(key, field.description or "") for key, field in fields}
 
@@ -153,22 +148,6 @@ def _filled(text: str, first: str, others: str) -> list[str]:
         break_long_words=False,
         break_on_hyphens=False,
     )
-
-
-@cache
-def _docstrings(model: Model) -> dict[str, str]:
-    """Return the docstrings below a model's keys; none of a plug-in without its source."""
-    try:
-        source = inspect.getsource(model)
-    except OSError:
-        return {}
-    (definition,) = ast.parse(textwrap.dedent(source)).body
-    found = {}
-    for field, below in pairwise(getattr(definition, "body", [])):
-        match field, below:
-            case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(ast.Constant(value=str(text))):
-                found[key] = inspect.cleandoc(text)
-    return found
 
 
 def _tables(model: Model) -> dict[str, Model]:

@@ -410,12 +410,15 @@ class PageLink(_Outgoing):
 
 
 class PageInfo(_Outgoing):
-    """The host's branding; an empty `sentence` means the page's default."""
+    """The host's branding, of which each field is a key of `[page]`.
+
+    An empty `sentence` means the page's default.
+    """
 
     name: str
-    sentence: str
-    rules: list[str]
-    links: list[PageLink]
+    sentence: str = ""
+    rules: list[str] = []
+    links: list[PageLink] = []
 
 
 class LossRules(_Outgoing):
@@ -461,7 +464,10 @@ class CameraInfo(_Outgoing):
 
 
 class ControlInfo(_Outgoing):
-    """A control of the robot besides its wheels; `min`, `max` and `step` are a slider's."""
+    """A control of the robot besides its wheels, of which each field is a key of `[[controls]]`.
+
+    `min`, `max` and `step` are a slider's.
+    """
 
     name: str
     label: str
@@ -479,7 +485,7 @@ class ControlInfo(_Outgoing):
 
 
 class GaugeInfo(_Outgoing):
-    """A number that the robot reports, on a scale from `min` to `max`."""
+    """A number that the robot reports, of which each field is a key of `[[gauges]]`."""
 
     name: str
     label: str

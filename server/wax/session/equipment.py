@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from wax.control import gauge_limits
 from wax.protocol import messages
@@ -14,39 +14,23 @@ if TYPE_CHECKING:
     from wax.control.gauge_limits import Level
     from wax.driver.interface import RobotState
 
+InfoT = TypeVar("InfoT", messages.ControlInfo, messages.GaugeInfo)
+
 
 def controls(settings: Iterable[ControlSettings]) -> list[messages.ControlInfo]:
     """Return what a page needs to show the controls."""
-    return [
-        messages.ControlInfo(
-            name=one.name,
-            label=one.label or one.name,
-            kind=one.kind,
-            min=one.min,
-            max=one.max,
-            step=one.step,
-            choices=one.choices,
-            key=one.key,
-            moves=one.moves,
-            roles=one.roles,
-        )
-        for one in settings
-    ]
+    return [_labelled(messages.ControlInfo, one) for one in settings]
 
 
 def gauges(settings: Iterable[GaugeSettings]) -> list[messages.GaugeInfo]:
     """Return what a page needs to show the gauges."""
-    return [
-        messages.GaugeInfo(
-            name=one.name,
-            label=one.label or one.name,
-            unit=one.unit,
-            min=one.min,
-            max=one.max,
-            decimals=one.decimals,
-        )
-        for one in settings
-    ]
+    return [_labelled(messages.GaugeInfo, one) for one in settings]
+
+
+def _labelled(info: type[InfoT], one: ControlSettings | GaugeSettings) -> InfoT:
+    """Return the keys that a page is told, by their names; one without a label has its name."""
+    told = info.model_validate(one, from_attributes=True)
+    return told.model_copy(update={"label": one.label or one.name})
 
 
 def gauge_values(settings: Iterable[GaugeSettings], state: RobotState) -> dict[str, float]:

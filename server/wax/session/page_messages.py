@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from wax.access.admission import Grant, Visitor
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
-    from wax.config.page import PageSettings
     from wax.config.settings import Settings
     from wax.control.picture_clock import PictureClock
     from wax.control.stop_latch import LatchedStop
@@ -99,7 +98,7 @@ class PageMessages:
         return messages.Hello(
             version=__version__,
             viewer=number,
-            page=_page(self._settings.page),
+            page=messages.PageInfo.model_validate(self._settings.page, from_attributes=True),
             robot=self._robot(),
             sizes=self._sizes,
             turn_s=self._settings.turns.turn_s,
@@ -328,7 +327,7 @@ class PageMessages:
     def _voice_rules(self, number: int) -> messages.VoiceRules | None:
         if self._voices is None or number == 0:  # LiveKit rooms and embeds cannot speak
             return None
-        return messages.VoiceRules(open_microphone=self._settings.voice.open_microphone)
+        return messages.VoiceRules.model_validate(self._settings.voice, from_attributes=True)
 
     def _camera_infos(self, number: int) -> list[messages.CameraInfo]:
         if number == 0:  # LiveKit rooms and embeds have only the driving view
@@ -343,15 +342,6 @@ class PageMessages:
     def _problem(self, stream: str, absent: Sentence | None) -> Sentence | None:
         capture = self._captures.get(stream)
         return absent if capture is None else capture.problem
-
-
-def _page(page: PageSettings) -> messages.PageInfo:
-    return messages.PageInfo(
-        name=page.name,
-        sentence=page.sentence,
-        rules=page.rules,
-        links=[messages.PageLink(text=one.text, url=one.url) for one in page.links],
-    )
 
 
 def _whole_ms(duration_s: float | None) -> float | None:

@@ -5,16 +5,14 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
 import json
 import sys
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
+from wax.field_docs import field_docs
 from wax.protocol import messages, robot_report, room_change, tape_events
 from wax.sentence import CATALOGUE
 
@@ -92,25 +90,11 @@ def _numbers() -> list[dict[str, Any]]:
 def _describe(definitions: dict[str, Any]) -> None:
     """Add the fields' docstrings as descriptions; the server itself need not read its source."""
     for module in (messages, tape_events):
-        models = {
-            one.name: one
-            for one in ast.parse(inspect.getsource(module)).body
-            if isinstance(one, ast.ClassDef)
-        }
         for name, definition in definitions.items():
-            for model in getattr(module, name, object).__mro__:
-                if model.__name__ in models:
-                    _describe_fields(definition.get("properties", {}), models[model.__name__])
-
-
-def _describe_fields(fields: dict[str, Any], model: ast.ClassDef) -> None:
-    for field, said in pairwise(model.body):
-        match field, said:
-            case (
-                ast.AnnAssign(target=ast.Name(id=name)),
-                ast.Expr(value=ast.Constant(value=str(text))),
-            ) if "$ref" not in fields[name]:
-                fields[name]["description"] = inspect.cleandoc(text)
+            texts = field_docs(getattr(module, name, object))
+            for field, said in definition.get("properties", {}).items():
+                if field in texts and "$ref" not in said:
+                    said["description"] = texts[field]
 
 
 if __name__ == "__main__":

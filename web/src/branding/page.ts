@@ -2,14 +2,12 @@
 
 import type { PageInfo } from "../messages";
 import type { State } from "../state";
-import { robotName } from "../view/robotName";
 import { t } from "../words/words";
 
 /** The host's texts; where they wrote no sentence, one of ours. */
-export function brandedPage(state: State): PageInfo {
-  const told = state.hello.value?.page;
+export function brandedPage(state: State): Pick<PageInfo, "sentence" | "rules" | "links"> {
   const { sentence = "" } = document.documentElement.dataset;
-  const page = told ?? { name: robotName(null), sentence, rules: [], links: [] };
+  const page = state.hello.value?.page ?? { sentence, rules: [], links: [] };
   return { ...page, sentence: page.sentence || t("branding.sentence") };
 }
 

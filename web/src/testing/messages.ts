@@ -36,7 +36,7 @@ export function hello(more: Partial<Hello> = {}): Hello {
     ...DEFAULTS.Hello(),
     version: "0.0.0",
     viewer: 1,
-    page: { name: "WAX", sentence: "", rules: [], links: [] },
+    page: { ...DEFAULTS.PageInfo(), name: "WAX" },
     robot: {
       kind: "simulated",
       max_linear_mps: 0.6,

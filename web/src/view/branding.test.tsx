@@ -13,6 +13,7 @@ import { robotName } from "./robotName";
 import { Welcome } from "./Welcome";
 
 const PAGE = {
+  ...hello().page,
   name: "Rover",
   sentence: "A rover in our museum.",
   rules: ["Drive slowly near people.", "سِر ببطء"],
@@ -139,7 +140,7 @@ describe("about this robot", () => {
 
   it("is short if the host wrote nothing", () => {
     draw(session, <About />);
-    greet({ page: { name: "WAX", sentence: "", rules: [], links: [] } });
+    greet({ page: hello().page });
     expect(queryByRole(body, "list")).toBeNull();
     expect(queryByRole(body, "link")).toBeNull();
   });

@@ -13,8 +13,6 @@ import os
 import time
 from typing import TYPE_CHECKING, ClassVar, Final
 
-from pydantic import Field
-
 from wax.config.driver_settings import DriverSettings
 from wax.config.robot import RobotSettings
 from wax.driver.checks import checked
@@ -38,8 +36,10 @@ class ObservedSettings(DriverSettings):
 
     TABLE: ClassVar[str] = "observed"
 
-    robot: str = Field(description="The host's own [robot], in JSON.")
-    log: str = Field(description="The file that gets a line for each call and report.")
+    robot: str
+    """The host's own [robot], in JSON."""
+    log: str
+    """The file that gets a line for each call and report."""
 
 
 class ObservedRobot:

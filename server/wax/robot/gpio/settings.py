@@ -28,73 +28,49 @@ class GpioSettings(DriverSettings):
 
     TABLE: ClassVar[str] = "gpio"
 
-    board: Literal["own", "camjam", "ryanteck", "drv8835"] = Field(
-        "own",
-        description="A motor board whose pins are known (CamJam EduKit 3, Ryanteck, Pololu"
-        ' DRV8835), or "own" with bridge, left and right below.',
-    )
-    bridge: Bridge = Field(
-        "in_in_pwm",
-        description="What a motor's pins are: in_in_pwm (IN1, IN2, PWM: TB6612, L298N), in_in (both"
-        " IN with PWM: DRV8833, L9110) or phase_enable (direction, then PWM).",
-    )
-    left: Pins = Field(
-        [17, 27, 12],
-        description="The left motor's pins, as bridge says. Take some from 9 on: those below are"
-        " pulled up while nobody drives them.",
-    )
-    right: Pins = Field([23, 24, 13], description="The right motor's pins.")
-    pwm_hz: Annotated[float, Field(ge=20.0, le=10_000.0)] = Field(
-        500.0,
-        description="The frequency of the motors' PWM, which gpiozero's pins make in software.",
-    )
-    full_speed_mps: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
-        0.0,
-        description="How fast a wheel turns at full voltage, measured. 0: as fast as the limits of"
-        " [robot] ask for.",
-    )
-    dead_share: Annotated[float, Field(ge=0.0, le=0.9)] = Field(
-        0.0, description="The share of the voltage below which the motors only hum."
-    )
-    servos: Annotated[dict[Name, Pin], Field(max_length=4)] = Field(
-        {}, description="The axes that servos turn, each with its pin: { pan = 18, tilt = 19 }."
-    )
-    servo_min_ms: Annotated[float, Field(ge=0.4, le=1.5)] = Field(
-        1.0, description="The pulse for an axis at -1."
-    )
-    servo_max_ms: Annotated[float, Field(ge=1.5, le=2.6)] = Field(
-        2.0, description="The pulse for an axis at 1."
-    )
-    left_encoder: Annotated[list[Pin], Field(max_length=2)] = Field(
-        [],
-        description="The left wheel's encoder: A and B, or only A, which counts in the direction"
-        " that the motor is told. Empty: none.",
-    )
-    right_encoder: Annotated[list[Pin], Field(max_length=2)] = Field(
-        [], description="The right wheel's encoder; both wheels have one or none has."
-    )
-    steps_per_m: Annotated[float, Field(gt=0.0, le=100_000.0)] = Field(
-        1000.0, description="How many steps an encoder counts while its wheel rolls a metre."
-    )
-    front_bumpers: Annotated[list[Pin], Field(max_length=4)] = Field(
-        [], description="The buttons in front, each between its pin and ground."
-    )
-    back_bumpers: Annotated[list[Pin], Field(max_length=4)] = Field(
-        [], description="The buttons behind."
-    )
-    bumpers_stop: bool = Field(
-        True,
-        description="Whether a pressed bumper stops the robot here, in the driver: towards it"
-        " nothing moves then, away from it and on the spot it may.",
-    )
-    guard: bool = Field(
-        True,
-        description="Whether a second process waits to clear the motors' pins when the driver's own"
-        " has died: pins have no watchdog, and keep their last level.",
-    )
-    reopen_s: Annotated[float, Field(ge=0.05, le=60.0)] = Field(
-        1.0, description="How long to wait before pins that failed are tried again."
-    )
+    board: Literal["own", "camjam", "ryanteck", "drv8835"] = "own"
+    """A motor board whose pins are known (CamJam EduKit 3, Ryanteck, Pololu DRV8835), or "own" with
+    bridge, left and right below."""
+    bridge: Bridge = "in_in_pwm"
+    """What a motor's pins are: in_in_pwm (IN1, IN2, PWM: TB6612, L298N), in_in (both IN with PWM:
+    DRV8833, L9110) or phase_enable (direction, then PWM)."""
+    left: Pins = [17, 27, 12]
+    """The left motor's pins, as bridge says. Take some from 9 on: those below are pulled up while
+    nobody drives them."""
+    right: Pins = [23, 24, 13]
+    """The right motor's pins."""
+    pwm_hz: Annotated[float, Field(ge=20.0, le=10_000.0)] = 500.0
+    """The frequency of the motors' PWM, which gpiozero's pins make in software."""
+    full_speed_mps: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    """How fast a wheel turns at full voltage, measured. 0: as fast as the limits of [robot] ask
+    for."""
+    dead_share: Annotated[float, Field(ge=0.0, le=0.9)] = 0.0
+    """The share of the voltage below which the motors only hum."""
+    servos: Annotated[dict[Name, Pin], Field(max_length=4)] = {}
+    """The axes that servos turn, each with its pin: { pan = 18, tilt = 19 }."""
+    servo_min_ms: Annotated[float, Field(ge=0.4, le=1.5)] = 1.0
+    """The pulse for an axis at -1."""
+    servo_max_ms: Annotated[float, Field(ge=1.5, le=2.6)] = 2.0
+    """The pulse for an axis at 1."""
+    left_encoder: Annotated[list[Pin], Field(max_length=2)] = []
+    """The left wheel's encoder: A and B, or only A, which counts in the direction that the motor is
+    told. Empty: none."""
+    right_encoder: Annotated[list[Pin], Field(max_length=2)] = []
+    """The right wheel's encoder; both wheels have one or none has."""
+    steps_per_m: Annotated[float, Field(gt=0.0, le=100_000.0)] = 1000.0
+    """How many steps an encoder counts while its wheel rolls a metre."""
+    front_bumpers: Annotated[list[Pin], Field(max_length=4)] = []
+    """The buttons in front, each between its pin and ground."""
+    back_bumpers: Annotated[list[Pin], Field(max_length=4)] = []
+    """The buttons behind."""
+    bumpers_stop: bool = True
+    """Whether a pressed bumper stops the robot here, in the driver: towards it nothing moves then,
+    away from it and on the spot it may."""
+    guard: bool = True
+    """Whether a second process waits to clear the motors' pins when the driver's own has died: pins
+    have no watchdog, and keep their last level."""
+    reopen_s: Annotated[float, Field(ge=0.05, le=60.0)] = 1.0
+    """How long to wait before pins that failed are tried again."""
 
     @property
     def motors(self) -> tuple[Bridge, list[int], list[int]]:

@@ -25,53 +25,37 @@ class MavlinkSettings(DriverSettings):
 
     TABLE: ClassVar[str] = "mavlink"
 
-    url: Annotated[str, Field(min_length=1)] = Field(
-        "/dev/ttyACM0",
-        description="The line, as ground stations write it: a serial port, udpin:ADDRESS:PORT to"
-        " listen there, udpout:ADDRESS:PORT or tcp:ADDRESS:PORT to go to the rover or its router.",
-    )
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] = Field(
-        115_200, description="For a serial port; telemetry radios have 57600."
-    )
-    system: Annotated[int, Field(ge=1, le=255)] = Field(
-        1, description="The rover's number, its SYSID_THISMAV; all others on the line are ignored."
-    )
-    own_system: Annotated[int, Field(ge=1, le=255)] = Field(
-        255, description="Our own number; the rover obeys only the one in its SYSID_MYGCS."
-    )
-    mode: Literal["guided", "manual", "acro"] = Field(
-        "guided",
-        description="The mode in which the rover must be. guided: speeds in m/s and rad/s, which"
-        " the rover keeps by its own sensors (it needs a position, and has its own time-out);"
-        " manual: throttle and steering as shares of max_linear_mps and max_angular_rps, for one"
-        " without a position; acro: the same, with the rover holding the turn rate.",
-    )
-    failsafe_s: Annotated[float, Field(ge=0.0, le=60.0)] = Field(
-        0.0,
-        description="After how long without us the rover must stop by itself. Its parameters"
-        " (GUID_TIMEOUT, FS_GCS_ENABLE, FS_GCS_TIMEOUT, FS_TIMEOUT, FS_ACTION) are read at each"
-        " connection; if they promise less, nobody drives. 0: nothing is demanded, only warned of.",
-    )
-    signing_key: str = Field(
-        "",
-        description="The file with the key for signed messages: 32 bytes, or 64 hexadecimal digits;"
-        " nobody else may read it (chmod 600). With a key, what is not signed with it is ignored."
-        " Empty: not signed.",
-    )
-    command_hz: Annotated[float, Field(ge=LEAST_HZ, le=100.0)] = Field(
-        50.0,
-        description="How often a set-point is sent at most, and repeated in motion. On a serial"
-        " port, set-points may fill 70 % of what baud lets through.",
-    )
-    telemetry_hz: Annotated[float, Field(ge=1.0, le=50.0)] = Field(
-        10.0, description="How often the rover is asked to tell its speed, attitude and position."
-    )
-    moving_mps: Annotated[float, Field(ge=0.01, le=1.0)] = Field(
-        0.1, description="From which speed it counts as moving; satellites alone make some noise."
-    )
-    reopen_s: Annotated[float, Field(ge=0.05, le=60.0)] = Field(
-        0.5, description="How long to wait before a line that was lost is opened again."
-    )
+    url: Annotated[str, Field(min_length=1)] = "/dev/ttyACM0"
+    """The line, as ground stations write it: a serial port, udpin:ADDRESS:PORT to listen there,
+    udpout:ADDRESS:PORT or tcp:ADDRESS:PORT to go to the rover or its router."""
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
+    """For a serial port; telemetry radios have 57600."""
+    system: Annotated[int, Field(ge=1, le=255)] = 1
+    """The rover's number, its SYSID_THISMAV; all others on the line are ignored."""
+    own_system: Annotated[int, Field(ge=1, le=255)] = 255
+    """Our own number; the rover obeys only the one in its SYSID_MYGCS."""
+    mode: Literal["guided", "manual", "acro"] = "guided"
+    """The mode in which the rover must be. guided: speeds in m/s and rad/s, which the rover keeps
+    by its own sensors (it needs a position, and has its own time-out); manual: throttle and
+    steering as shares of max_linear_mps and max_angular_rps, for one without a position; acro:
+    the same, with the rover holding the turn rate."""
+    failsafe_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    """After how long without us the rover must stop by itself. Its parameters (GUID_TIMEOUT,
+    FS_GCS_ENABLE, FS_GCS_TIMEOUT, FS_TIMEOUT, FS_ACTION) are read at each connection; if they
+    promise less, nobody drives. 0: nothing is demanded, only warned of."""
+    signing_key: str = ""
+    """The file with the key for signed messages: 32 bytes, or 64 hexadecimal digits; nobody else
+    may read it (chmod 600). With a key, what is not signed with it is ignored. Empty: not
+    signed."""
+    command_hz: Annotated[float, Field(ge=LEAST_HZ, le=100.0)] = 50.0
+    """How often a set-point is sent at most, and repeated in motion. On a serial port, set-points
+    may fill 70 % of what baud lets through."""
+    telemetry_hz: Annotated[float, Field(ge=1.0, le=50.0)] = 10.0
+    """How often the rover is asked to tell its speed, attitude and position."""
+    moving_mps: Annotated[float, Field(ge=0.01, le=1.0)] = 0.1
+    """From which speed it counts as moving; satellites alone make some noise."""
+    reopen_s: Annotated[float, Field(ge=0.05, le=60.0)] = 0.5
+    """How long to wait before a line that was lost is opened again."""
 
     @field_validator("url")
     @classmethod

@@ -26,95 +26,58 @@ class Ros2Settings(DriverSettings):
 
     TABLE: ClassVar[str] = "ros2"
 
-    transport: Literal["dds", "rosbridge"] = Field(
-        "dds",
-        description="Straight into DDS, or by a rosbridge server where multicast does not reach.",
+    transport: Literal["dds", "rosbridge"] = "dds"
+    """Straight into DDS, or by a rosbridge server where multicast does not reach."""
+    domain: Annotated[int, Field(ge=0, le=232)] = 0
+    """ROS_DOMAIN_ID of the robot; robots of other domains are not seen."""
+    interface: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.:-]*$", max_length=100)] = ""
+    """The network interface to the robot, by name or address; empty: DDS chooses."""
+    peers: Annotated[list[Address], Field(max_length=16)] = []
+    """Addresses to look for robots at where multicast does not reach."""
+    rosbridge_url: Annotated[str, Field(pattern=r"^wss?://\S+$", max_length=300)] = (
+        "ws://127.0.0.1:9090"
     )
-    domain: Annotated[int, Field(ge=0, le=232)] = Field(
-        0, description="ROS_DOMAIN_ID of the robot; robots of other domains are not seen."
-    )
-    interface: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.:-]*$", max_length=100)] = Field(
-        "",
-        description="The network interface to the robot, by name or address; empty: DDS chooses.",
-    )
-    peers: Annotated[list[Address], Field(max_length=16)] = Field(
-        [], description="Addresses to look for robots at where multicast does not reach."
-    )
-    rosbridge_url: Annotated[str, Field(pattern=r"^wss?://\S+$", max_length=300)] = Field(
-        "ws://127.0.0.1:9090", description='The rosbridge server, for transport = "rosbridge".'
-    )
-    rosbridge_node: Topic = Field(
-        "/rosbridge_websocket",
-        description="The server's name among the nodes: its publishers are taken as ours.",
-    )
-    topic: Topic = Field(
-        "/cmd_vel",
-        description="Where the robot takes its speed; with a twist_mux, an input of WAX's own.",
-    )
-    stamped: bool = Field(
-        False,
-        description=(
-            "TwistStamped instead of Twist, by this machine's clock: a controller refuses what is"
-            " older than its time-out, standstill too, so both clocks must agree; pictures are"
-            " dated by their stamps then."
-        ),
-    )
-    frame_id: Annotated[str, Field(max_length=100)] = Field(
-        "base_link", description="The frame that a TwistStamped names."
-    )
-    reliability: Literal["reliable", "best_effort"] = Field(
-        "reliable",
-        description="What the commands offer; reliable suits every subscriber.",
-    )
-    rate_hz: Annotated[int, Field(ge=20, le=100)] = Field(
-        50, description="How often the newest set-point is repeated; controllers want it steady."
-    )
-    zeros_s: Annotated[float, Field(ge=1.5, le=30)] = Field(
-        2.0,
-        description=(
-            "How long after a stop standstill is sent at that rate: not every robot has a time-out,"
-            " and a network may lose messages."
-        ),
-    )
-    idle_hz: Annotated[float, Field(ge=0, le=20)] = Field(
-        2.0,
-        description="How often standstill is repeated after that; 0 leaves the topic to others.",
-    )
-    ttl_ms: Annotated[int, Field(ge=40, le=1000)] = Field(
-        200, description="Without a new set-point for so long, standstill is sent."
-    )
-    standby: bool = Field(
-        True,
-        description=(
-            "A second process that sends standstill when the driver's own is frozen, killed or"
-            " closed; it takes about 40 MB."
-        ),
-    )
-    timeout_s: Annotated[float, Field(ge=0, le=10)] = Field(
-        0.0,
-        description=(
-            "After how long without a command the receiving side stops by itself, as"
-            " cmd_vel_timeout of diff_drive_controller (0.5); 0: never, or not known."
-        ),
-    )
-    odometry: MaybeTopic = Field(
-        "", description="nav_msgs/Odometry: where the robot is, and whether it moves."
-    )
-    battery: MaybeTopic = Field(
-        "", description="sensor_msgs/BatteryState: its volts and its charge."
-    )
-    bumper: MaybeTopic = Field("", description="What tells of a collision.")
-    bumper_type: BumperType = Field(
-        "std_msgs/msg/Bool", description="What is sent on the bumper's topic."
-    )
-    diagnostics: MaybeTopic = Field(
-        "", description="diagnostic_msgs/DiagnosticArray: an ERROR there keeps the robot still."
-    )
-    camera: MaybeTopic = Field("", description='The pictures for [video] source = "robot".')
-    camera_type: CameraType = Field(
-        "sensor_msgs/msg/CompressedImage",
-        description="What is sent on the camera's topic; compressed needs a tenth of the network.",
-    )
-    reopen_s: Annotated[float, Field(ge=0.05, le=60)] = Field(
-        0.5, description="The pause before a lost or unopened connection is tried again."
-    )
+    """The rosbridge server, for transport = "rosbridge"."""
+    rosbridge_node: Topic = "/rosbridge_websocket"
+    """The server's name among the nodes: its publishers are taken as ours."""
+    topic: Topic = "/cmd_vel"
+    """Where the robot takes its speed; with a twist_mux, an input of WAX's own."""
+    stamped: bool = False
+    """TwistStamped instead of Twist, by this machine's clock: a controller refuses what is older
+    than its time-out, standstill too, so both clocks must agree; pictures are dated by their
+    stamps then."""
+    frame_id: Annotated[str, Field(max_length=100)] = "base_link"
+    """The frame that a TwistStamped names."""
+    reliability: Literal["reliable", "best_effort"] = "reliable"
+    """What the commands offer; reliable suits every subscriber."""
+    rate_hz: Annotated[int, Field(ge=20, le=100)] = 50
+    """How often the newest set-point is repeated; controllers want it steady."""
+    zeros_s: Annotated[float, Field(ge=1.5, le=30)] = 2.0
+    """How long after a stop standstill is sent at that rate: not every robot has a time-out, and a
+    network may lose messages."""
+    idle_hz: Annotated[float, Field(ge=0, le=20)] = 2.0
+    """How often standstill is repeated after that; 0 leaves the topic to others."""
+    ttl_ms: Annotated[int, Field(ge=40, le=1000)] = 200
+    """Without a new set-point for so long, standstill is sent."""
+    standby: bool = True
+    """A second process that sends standstill when the driver's own is frozen, killed or closed; it
+    takes about 40 MB."""
+    timeout_s: Annotated[float, Field(ge=0, le=10)] = 0.0
+    """After how long without a command the receiving side stops by itself, as cmd_vel_timeout of
+    diff_drive_controller (0.5); 0: never, or not known."""
+    odometry: MaybeTopic = ""
+    """nav_msgs/Odometry: where the robot is, and whether it moves."""
+    battery: MaybeTopic = ""
+    """sensor_msgs/BatteryState: its volts and its charge."""
+    bumper: MaybeTopic = ""
+    """What tells of a collision."""
+    bumper_type: BumperType = "std_msgs/msg/Bool"
+    """What is sent on the bumper's topic."""
+    diagnostics: MaybeTopic = ""
+    """diagnostic_msgs/DiagnosticArray: an ERROR there keeps the robot still."""
+    camera: MaybeTopic = ""
+    """The pictures for [video] source = "robot"."""
+    camera_type: CameraType = "sensor_msgs/msg/CompressedImage"
+    """What is sent on the camera's topic; compressed needs a tenth of the network."""
+    reopen_s: Annotated[float, Field(ge=0.05, le=60)] = 0.5
+    """The pause before a lost or unopened connection is tried again."""
