@@ -50,12 +50,12 @@ _ROBOT: Final[dict[str, tuple[str, ...]]] = {
     "process/pipe_messages": ("process/test_pipe_messages",),
     "serial/frames": ("test_serial_frames", "test_dialects"),
     "serial/frames_dialect": ("test_frames_dialect", "test_dialects"),
-    "serial/setpoints": ("test_setpoints",),
+    "line/setpoints": ("test_setpoints",),
     "serial/bytes_dialect": ("test_dialects",),
     "serial/odometry": ("test_odometry",),
     "serial/text_dialect": ("test_text_dialect",),
     "serial/text_lines": ("test_text_lines",),
-    "serial/wheels": ("test_wheels",),
+    "wheels": ("test_wheels",),
 }
 _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "driver/checks": ("driver/test_checks", "robot/test_wheels", "robot/test_setpoints"),

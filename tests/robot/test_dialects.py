@@ -10,6 +10,7 @@ import pytest
 from wax.config.robot import RobotSettings
 from wax.config.serial import BytesDialectSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.line.setpoints import Order
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames import (
     AxisBody,
@@ -24,8 +25,7 @@ from wax.robot.serial.frames import (
 )
 from wax.robot.serial.frames_dialect import FramesDialect
 from wax.robot.serial.odometry import Odometry
-from wax.robot.serial.setpoints import Order
-from wax.robot.serial.wheels import WheelMixer
+from wax.robot.wheels import WheelMixer
 
 LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
 STAND = Order(STANDSTILL, 1)

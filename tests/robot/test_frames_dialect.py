@@ -13,7 +13,7 @@ from wax.driver.interface import Pose
 from wax.robot.serial.frames import NO_SESSION, DriveBody, HelloBody, StopBody
 from wax.robot.serial.frames_dialect import FramesDialect
 from wax.robot.serial.odometry import Odometry
-from wax.robot.serial.wheels import WheelMixer
+from wax.robot.wheels import WheelMixer
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from tests.examples import examples
 
 from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.serial.setpoints import Order, SetPoints
+from wax.robot.line.setpoints import Order, SetPoints
 
 LIMITS = Limits(0.6, 1.5, axes=("pan",))
 AHEAD = Twist(0.5, 0.0)

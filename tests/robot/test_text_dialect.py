@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.serial.setpoints import Order
+from wax.robot.line.setpoints import Order
 from wax.robot.serial.text_dialect import TextDialect
-from wax.robot.serial.wheels import WheelMixer
+from wax.robot.wheels import WheelMixer
 
 STAND = Order(STANDSTILL, 1)
 AHEAD = Order(Twist(0.5, 0.0), 1)

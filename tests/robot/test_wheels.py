@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from wax.config.robot import RobotSettings
 from wax.driver.interface import Twist
-from wax.robot.serial.wheels import MAX_WHEEL_MPS, WheelMixer, WheelSpeeds
+from wax.robot.wheels import MAX_WHEEL_MPS, WheelMixer, WheelSpeeds
 
 
 def mixed(twist: Twist, **settings: object) -> WheelSpeeds:

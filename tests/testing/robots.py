@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from wax.driver.interface import STANDSTILL, Limits, RobotState
-from wax.robot.serial.setpoints import SetPoints
+from wax.robot.line.setpoints import SetPoints
 
 if TYPE_CHECKING:
     from wax.clock import Clock

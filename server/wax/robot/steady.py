@@ -18,14 +18,14 @@ import structlog
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, RobotState
 from wax.errors import reason_of
-from wax.robot.serial.setpoints import SetPoints
+from wax.robot.line.setpoints import SetPoints
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.robot import RobotSettings
     from wax.driver.interface import Pose, Twist
-    from wax.robot.serial.setpoints import Order
+    from wax.robot.line.setpoints import Order
 
 _LOG = structlog.get_logger(__name__)
 

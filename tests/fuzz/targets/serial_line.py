@@ -13,6 +13,7 @@ from tests.fuzz.target import Target
 
 from wax.config.robot import RobotSettings
 from wax.driver.interface import Twist
+from wax.robot.line.setpoints import Order
 from wax.robot.serial.frames import (
     START,
     AxisBody,
@@ -26,8 +27,7 @@ from wax.robot.serial.frames import (
 )
 from wax.robot.serial.frames_dialect import SILENT_AFTER_S, FramesDialect
 from wax.robot.serial.odometry import Odometry
-from wax.robot.serial.setpoints import Order
-from wax.robot.serial.wheels import WheelMixer
+from wax.robot.wheels import WheelMixer
 
 _SESSION: Final = 0x1234
 _BEGAN_S: Final = 100.0

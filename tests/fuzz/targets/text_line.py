@@ -9,9 +9,9 @@ from tests.fuzz.target import Target
 
 from wax.config.robot import RobotSettings
 from wax.driver.interface import Limits, Twist
-from wax.robot.serial.setpoints import Order
+from wax.robot.line.setpoints import Order
 from wax.robot.serial.text_dialect import TextDialect
-from wax.robot.serial.wheels import WheelMixer
+from wax.robot.wheels import WheelMixer
 
 _PIECE: Final = 7
 _ANSWER_S: Final = 0.5

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from wax.driver.interface import RobotState
 from wax.robot.gpio.odometry import StepOdometry
 from wax.robot.gpio.shares import OFF, MotorOpening, unless_bumped
-from wax.robot.serial.setpoints import SetPoints
+from wax.robot.line.setpoints import SetPoints
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:

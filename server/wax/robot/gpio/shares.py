@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wax.driver.interface import STANDSTILL
-from wax.robot.serial.wheels import WheelMixer
+from wax.robot.wheels import WheelMixer
 
 if TYPE_CHECKING:
     from wax.config.robot import RobotSettings

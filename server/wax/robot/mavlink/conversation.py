@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.driver.interface import STANDSTILL, RobotState
+from wax.robot.line.setpoints import SetPoints
 from wax.robot.mavlink.codec import Codec
 from wax.robot.mavlink.failsafe import warnings
 from wax.robot.mavlink.mapping import sticks, velocity
 from wax.robot.mavlink.questions import Questions
 from wax.robot.mavlink.rover import Rover
 from wax.robot.mavlink.schedule import Schedule
-from wax.robot.serial.setpoints import SetPoints
 
 if TYPE_CHECKING:
     from wax.clock import Clock

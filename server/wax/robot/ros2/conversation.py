@@ -6,9 +6,9 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from wax.driver.interface import RobotState
+from wax.robot.line.setpoints import SetPoints
 from wax.robot.ros2.pace import Pace
 from wax.robot.ros2.senses import RosSenses
-from wax.robot.serial.setpoints import SetPoints
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from wax.config.serial import BytesDialectSettings
     from wax.driver.interface import Limits, Pose, Twist
-    from wax.robot.serial.setpoints import Order
+    from wax.robot.line.setpoints import Order
 
 STOP_TIMES: Final = 3
 STOP_GAP_S: Final = 0.02

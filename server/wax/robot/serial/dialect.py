@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from wax.driver.interface import Pose
-    from wax.robot.serial.setpoints import Order
+    from wax.robot.line.setpoints import Order
     from wax.sentence import Sentence
 
 

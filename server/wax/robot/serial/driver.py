@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import structlog
 
 from wax.driver.interface import Limits, RobotState
+from wax.robot.line.setpoints import SetPoints
 from wax.robot.serial.advice import advised
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames_dialect import FramesDialect
 from wax.robot.serial.odometry import Odometry
 from wax.robot.serial.reconnecting_port import Port
-from wax.robot.serial.setpoints import SetPoints
 from wax.robot.serial.text_dialect import TextDialect
-from wax.robot.serial.wheels import WheelMixer
+from wax.robot.wheels import WheelMixer
 
 if TYPE_CHECKING:
     from wax.clock import Clock

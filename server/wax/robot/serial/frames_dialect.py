@@ -23,9 +23,9 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.driver.interface import Pose
+    from wax.robot.line.setpoints import Order
     from wax.robot.serial.odometry import Odometry
-    from wax.robot.serial.setpoints import Order
-    from wax.robot.serial.wheels import WheelMixer
+    from wax.robot.wheels import WheelMixer
 
 HELLO_EVERY_S: Final = 0.1
 DRIVE_EVERY_S: Final = 0.02

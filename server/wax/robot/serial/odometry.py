@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import Pose
-from wax.robot.serial.wheels import WheelSpeeds
+from wax.robot.wheels import WheelSpeeds
 
 if TYPE_CHECKING:
     from wax.config.robot import RobotSettings

@@ -22,8 +22,8 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from wax.config.robot import RobotSettings
     from wax.driver.interface import Limits, Pose, Twist
-    from wax.robot.serial.setpoints import Order
-    from wax.robot.serial.wheels import WheelMixer
+    from wax.robot.line.setpoints import Order
+    from wax.robot.wheels import WheelMixer
 
 FAREWELLS: Final = 3
 """How many stops are sent before closing, since none is repeated afterwards."""

@@ -1,4 +1,4 @@
-"""Decides which set-point a serial robot may follow now (pure): turns, connection, silence."""
+"""Decides which set-point a robot may follow now (pure): turns, connection, silence."""
 
 from __future__ import annotations
 
