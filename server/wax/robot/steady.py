@@ -7,10 +7,8 @@ repeated stops, and a thread that may block so that no caller has to.
 from __future__ import annotations
 
 import contextlib
-import threading
 import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import structlog
@@ -18,14 +16,20 @@ import structlog
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, RobotState
 from wax.errors import reason_of
-from wax.robot.line.setpoints import SetPoints
+from wax.robot.line.core import LineCore, Reading
+from wax.robot.line.kept_line import RobotLine
+from wax.robot.line.robot import LineRobot
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.clock import Clock
     from wax.config.robot import RobotSettings
-    from wax.driver.interface import Pose, Twist
+    from wax.driver.interface import Twist
     from wax.robot.line.setpoints import Order
+
+__all__ = ["Reading", "SteadyRobot"]
 
 _LOG = structlog.get_logger(__name__)
 
@@ -38,19 +42,7 @@ FAREWELLS: Final = 3
 FAREWELL_EVERY_S: Final = 0.02
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """The robot's answer, as far as it gives one; see `RobotState`."""
-
-    moving: bool | None = None
-    pose: Pose | None = None
-    bumpers: int = 0
-    battery_v: float | None = None
-    battery_fraction: float | None = None
-    extra: dict[str, float] = field(default_factory=dict)
-
-
-class SteadyRobot(ABC):
+class SteadyRobot(LineRobot, ABC):
     """A `Driver` for which a subclass has `connect`, `tell` and `disconnect`.
 
     A thread calls these, so each may block, `tell` for a twentieth of a second at most: it is
@@ -70,27 +62,17 @@ class SteadyRobot(ABC):
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         self.settings = settings
         self.clock = clock
-        self._limits = Limits(
+        limits = Limits(
             settings.max_linear_mps,
             settings.max_angular_rps,
             axes=self.axes,
             ttl_s=self.robot_ttl_s,
         )
-        self._lock = threading.Lock()
-        self._setpoints = SetPoints(self._limits, TTL_S)
-        self._news = threading.Event()
-        self._closing = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._left: threading.Thread | None = None
-        self._calls_since_s: float | None = None
-        self._heard_s = 0.0
-        self._reading = Reading()
-        self._connected = False
-        self._problem: Sentence | None = None
-        self._epoch = 0
-        self._logged = ""
-
-    # --- what a subclass has ----------------------------------------------------------------
+        core = LineCore(limits, TTL_S)
+        self._calls = _Calls(self, core)
+        super().__init__(
+            settings.driver, limits, clock, core, self._calls, reopen_s=RETRY_S, close_s=CLOSE_S
+        )
 
     @abstractmethod
     def connect(self) -> None:
@@ -104,127 +86,87 @@ class SteadyRobot(ABC):
     def disconnect(self) -> None:
         """Disconnect from the robot, also after `connect` has failed half-way."""
 
-    def move_axis(self, name: str, position: float) -> None:  # noqa: B027 - many robots have none
+    def move_axis(self, name: str, position: float) -> None:
         """Move one of `axes` to a position in -1…1; called after each `tell`."""
 
-    # --- the driver -------------------------------------------------------------------------
+    def state(self) -> RobotState:
+        state = super().state()
+        if not self._calls.hang():
+            return state
+        problem = NO_ANSWER if self._kept.is_open else state.problem
+        return RobotState(connected=False, problem=problem, epoch=state.epoch)
 
-    @property
-    def kind(self) -> str:
-        return self.settings.driver
 
-    @property
-    def limits(self) -> Limits:
-        return self._limits
+class _Calls(RobotLine):
+    """The calls of a subclass's own methods, as a line."""
 
-    def open(self) -> None:
-        if self._thread is not None:
-            return
-        self._closing = threading.Event()
-        self._thread = threading.Thread(
-            target=self._keep, args=(self._closing, self._left), name=self.kind, daemon=True
-        )
-        self._thread.start()
+    def __init__(self, robot: SteadyRobot, core: LineCore) -> None:
+        self._robot = robot
+        self._core = core
+        self._since_s: float | None = None
+        self._heard_s = self._due_s = 0.0
+        self._said: Order | None = None
+        self._logged = ""
 
-    def apply(self, twist: Twist, turn: int) -> None:
-        with self._lock:
-            self._setpoints.apply(twist, turn, self.clock.now_s())
-        self._news.set()
+    def hang(self) -> bool:
+        """Whether one of them has not returned for too long."""
+        since_s = self._since_s
+        return since_s is not None and self._robot.clock.now_s() - since_s >= HUNG_S
 
-    def set_axis(self, name: str, position: float, turn: int) -> None:
-        with self._lock:
-            self._setpoints.set_axis(name, position, turn)
-        self._news.set()
+    def open(self, wake: Callable[[], None]) -> None:  # noqa: ARG002 - of the base class
+        try:
+            self._robot.connect()
+        except Exception:
+            self.close()
+            raise
 
-    def stop(self, turn: int) -> None:
-        with self._lock:
-            self._setpoints.stop(turn)
-        self._news.set()
+    def begin(self, now_s: float) -> None:
+        self._heard_s, self._due_s, self._said = now_s, now_s, None
+        self._core.opened(now_s)
+
+    def step(self, now_s: float) -> float:
+        order, changes_s = self._core.order(now_s)
+        if order != self._said or now_s >= self._due_s:
+            self._hear(self._say(order), now_s)
+            self._said, self._due_s = order, now_s + self._robot.beat_s
+        return min(self._due_s, changes_s)
+
+    def leave(self, now_s: float) -> float:  # noqa: ARG002 - it is said at once
+        self._core.lost(None)
+        with contextlib.suppress(Exception):
+            for _ in range(FAREWELLS):  # one may be lost
+                self._robot.tell(STANDSTILL)
+                time.sleep(FAREWELL_EVERY_S)
+        return 0.0
+
+    def last_words(self, error: Exception) -> None:  # noqa: ARG002 - whatever it was
+        self.leave(0.0)
 
     def close(self) -> None:
-        thread, self._thread = self._thread, None
-        if thread is None:
-            return
-        self._closing.set()
-        self._news.set()
-        thread.join(CLOSE_S)
-        self._left = thread  # if it hangs, the next one waits for it
-        self._lost(None)
+        with contextlib.suppress(Exception):
+            self._robot.disconnect()
 
-    def state(self) -> RobotState:
-        with self._lock:
-            since_s = self._calls_since_s
-            hangs = since_s is not None and self.clock.now_s() - since_s >= HUNG_S
-            connected = self._connected and not hangs
-            reading = self._reading if connected else Reading()
-            return RobotState(
-                connected=connected,
-                problem=NO_ANSWER if hangs and self._thread else self._problem,
-                epoch=self._epoch,
-                moving=reading.moving,
-                pose=reading.pose,
-                bumpers=reading.bumpers,
-                battery_v=reading.battery_v,
-                battery_fraction=reading.battery_fraction,
-                extra=reading.extra,
-            )
+    def problem(self, error: Exception, *, was_open: bool) -> Sentence:  # noqa: ARG002
+        """Return why the robot is lost, and log it if the reason has changed."""
+        why = reason_of(error)
+        if why != self._logged:
+            self._logged = why
+            expected = isinstance(error, OSError)
+            _LOG.warning("the robot is lost", problem=why, exc_info=None if expected else error)
+        return Sentence("robot.not_reached", {"why": why})
 
-    # --- the thread -------------------------------------------------------------------------
-
-    def _keep(self, closing: threading.Event, left: threading.Thread | None) -> None:
-        """Connect to the robot and talk to it, again and again until it is closed."""
-        if left is not None:
-            left.join()
-        while not closing.is_set():
-            try:
-                self._converse(closing)
-            except Exception as error:
-                self._lost(Sentence("robot.not_reached", {"why": self._why(error)}))
-            finally:
-                with contextlib.suppress(Exception):
-                    self.disconnect()
-            closing.wait(RETRY_S)
-
-    def _converse(self, closing: threading.Event) -> None:
-        """Connect, and send set-points until it is closed; raises what the subclass raises."""
-        self.connect()
-        self._heard_s = self.clock.now_s()
-        said: Order | None = None
-        due_s = 0.0
-        try:
-            while not closing.is_set():
-                now_s = self.clock.now_s()
-                with self._lock:
-                    order, changes_s = self._setpoints.order(now_s)
-                if order != said or now_s >= due_s:
-                    reading = self._say(order, said)
-                    if not closing.is_set():
-                        self._hear(reading, now_s)
-                    said, due_s = order, now_s + self.beat_s
-                self._news.wait(max(0.0, min(due_s, changes_s) - self.clock.now_s()))
-                self._news.clear()
-        finally:
-            self._lost(None)
-            with contextlib.suppress(Exception):
-                for _ in range(FAREWELLS):  # one may be lost
-                    self.tell(STANDSTILL)
-                    time.sleep(FAREWELL_EVERY_S)
-
-    def _say(self, order: Order, said: Order | None) -> Reading | None:
+    def _say(self, order: Order) -> Reading | None:
         """Send one order and return the answer; raises `TimeoutError` if that took too long."""
-        start_s = self.clock.now_s()
-        with self._lock:
-            self._calls_since_s = start_s
+        start_s = self._since_s = self._robot.clock.now_s()
         try:
-            if said is not None and order.turn > said.turn and not order.twist.is_zero:
-                self.tell(STANDSTILL)  # a starved thread may have skipped it
-            reading = self.tell(order.twist)
+            if self._said is not None and order.turn > self._said.turn and not order.twist.is_zero:
+                self._robot.tell(STANDSTILL)  # a starved thread may have skipped it
+            reading = self._robot.tell(order.twist)
             for name, position in order.axes:
-                self.move_axis(name, position)
+                self._robot.move_axis(name, position)
         finally:
-            with self._lock:
-                self._calls_since_s = None
-        if self.clock.now_s() - start_s >= HUNG_S:
+            self._since_s = None
+        if self._robot.clock.now_s() - start_s >= HUNG_S:
             raise TimeoutError("it took too long to answer")
         return reading
 
@@ -232,28 +174,9 @@ class SteadyRobot(ABC):
         """Count as connected while it answers or, if it never does, while nothing is raised."""
         if reading is not None:
             self._heard_s = now_s
-        if self.silent_s is not None and now_s - self._heard_s >= self.silent_s:
+        silent_s = self._robot.silent_s
+        if silent_s is not None and now_s - self._heard_s >= silent_s:
             raise TimeoutError("it does not answer")
-        with self._lock:
-            if reading is not None:
-                self._reading = reading
-            if not self._connected and (reading is not None or self.silent_s is None):
-                self._setpoints.connected()
-                self._connected, self._problem, self._logged = True, None, ""
-                self._epoch += 1
-
-    def _lost(self, problem: Sentence | None) -> None:
-        with self._lock:
-            self._setpoints.lost()
-            self._connected = False
-            self._reading = Reading()
-            self._problem = problem
-
-    def _why(self, error: Exception) -> str:
-        """Return why the robot is lost, and log it if the reason has changed."""
-        why = reason_of(error)
-        if why != self._logged:
-            self._logged = why
-            expected = isinstance(error, OSError)
-            _LOG.warning("the robot is lost", problem=why, exc_info=None if expected else error)
-        return why
+        if reading is not None or silent_s is None:
+            self._core.heard(reading)
+            self._logged = ""

@@ -1,0 +1,56 @@
+"""What every driver on a line decides alike, on a clock that is turned by hand."""
+
+from __future__ import annotations
+
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.line.core import LineCore, Reading
+from wax.sentence import Sentence
+
+AHEAD = Twist(0.3, 0.0)
+LOST = Sentence("robot.no_answer")
+
+
+def connected() -> LineCore:
+    core = LineCore(Limits(0.6, 1.5), ttl_s=0.2)
+    core.opened(0.0)
+    core.heard(Reading(moving=False, extra={"volts": 7.4}))
+    return core
+
+
+def test_a_robot_is_connected_from_its_first_answer() -> None:
+    """An open line alone is no robot; what it tells is shown while it is connected."""
+    core = LineCore(Limits(0.6, 1.5), ttl_s=0.2)
+    core.opened(0.0)
+    assert not core.state(0.0).connected
+    core.heard(Reading(moving=True))
+    core.heard(None)
+    state = core.state(0.0)
+    assert (state.connected, state.epoch, state.moving) == (True, 1, True)
+    core.lost(LOST)
+    state = core.state(0.0)
+    assert (state.connected, state.problem, state.moving, state.extra) == (False, LOST, None, {})
+
+
+def test_an_answer_after_the_end_connects_nothing() -> None:
+    """A call that hung while the line was closed may still return with an answer."""
+    core = connected()
+    core.lost(None)
+    core.heard(Reading(moving=True))
+    assert not core.state(0.0).connected
+    core.apply(STANDSTILL, 1, 0.0)
+    core.apply(AHEAD, 1, 0.0)
+    assert core.order(0.0)[0].twist == STANDSTILL
+
+
+def test_each_connection_begins_at_standstill() -> None:
+    """A new connection is a new epoch, in which a held input moves nothing."""
+    core = connected()
+    core.apply(STANDSTILL, 1, 0.0)
+    core.apply(AHEAD, 1, 0.0)
+    assert core.order(0.0)[0].twist == AHEAD
+    core.lost(LOST)
+    core.opened(0.0)
+    core.heard(None)
+    core.apply(AHEAD, 1, 0.0)
+    assert core.order(0.0)[0].twist == STANDSTILL
+    assert (core.state(0.0).epoch, core.state(0.0).problem) == (2, None)
