@@ -21,20 +21,23 @@ from tests.until import until as comes
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver
-from wax.robot.gpio import loop
+from wax.robot.gpio import driver as driver_module
+from wax.robot.gpio import pin_line
 from wax.robot.gpio import pins as pins_module
 from wax.robot.gpio.guard import BYE, clear
+from wax.robot.line import kept_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from wax.driver.interface import Driver, RobotState
+    from wax.robot.line.core import LineCore
 
 
 @pytest.fixture
 def make(pins: Board, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Driver]]:
     # `wax.testing` tests silence; here a busy machine must not count as it.
-    monkeypatch.setattr(loop, "SETPOINT_TTL_S", 60.0)
+    monkeypatch.setattr(driver_module, "SETPOINT_TTL_S", 60.0)
     made: list[Driver] = []
 
     def opened(robot: dict[str, Any] | None = None, **gpio: Any) -> Driver:
@@ -64,9 +67,10 @@ def settle(driver: Driver) -> None:
 
 
 def _round(driver: Driver) -> None:
-    before = driver.state()
+    core: LineCore = vars(driver)["_core"]
+    before = core._newest
     driver.set_axis("no such axis", 0.0, 1)  # only begins a round
-    until(driver, lambda state: state is not before)
+    until(driver, lambda _: core._newest is not before)
 
 
 def feed(driver: Driver, twist: Twist) -> None:
@@ -202,7 +206,8 @@ def test_a_bumper_stops_it(
     pins: Board, make: Callable[..., Driver], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The motors are off without waiting for a poll; the robot may move away from the bumper."""
-    monkeypatch.setattr(loop, "LOOK_EVERY_S", 60.0)
+    monkeypatch.setattr(pin_line, "LOOK_EVERY_S", 60.0)
+    monkeypatch.setattr(kept_line, "LONGEST_PAUSE_S", 60.0)
     driver = make(front_bumpers=[20, 21], back_bumpers=[26])
     feed(driver, Twist(0.6, 0.0))
     pins.press(21)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import Limits
-from wax.robot.gpio.loop import PinLoop
+from wax.robot.gpio.pin_line import PinLine
 from wax.robot.gpio.settings import GpioSettings
+from wax.robot.line.core import LineCore
+from wax.robot.line.robot import LineRobot
 
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.robot import RobotSettings
-    from wax.driver.interface import RobotState, Twist
+
+SETPOINT_TTL_S: Final = 0.2
+"""The driver's process repeats the set-point 50 times a second."""
 
 
-class GpioRobot:
+class GpioRobot(LineRobot):
     """A `Driver` for two motors on H-bridges, servos, encoders and bumpers.
 
     Pins have no watchdog of their own (`ttl_s` is None): this driver switches the motors off when
@@ -28,36 +32,7 @@ class GpioRobot:
         import gpiozero  # noqa: F401, PLC0415 - said at the start where it is missing
 
         own = settings.own(GpioSettings)
-        self._limits = Limits(
-            settings.max_linear_mps, settings.max_angular_rps, axes=tuple(own.servos)
-        )
-        self._clock = clock
-        self._loop = PinLoop(settings, own, self._limits, clock)
-
-    @property
-    def kind(self) -> str:
-        return "gpio"
-
-    @property
-    def limits(self) -> Limits:
-        return self._limits
-
-    def open(self) -> None:
-        """Start opening the pins; `state` reports whether they are open."""
-        self._loop.open()
-
-    def apply(self, twist: Twist, turn: int) -> None:
-        now_s = self._clock.now_s()
-        self._loop.change(lambda setpoints: setpoints.apply(twist, turn, now_s))
-
-    def set_axis(self, name: str, position: float, turn: int) -> None:
-        self._loop.change(lambda setpoints: setpoints.set_axis(name, position, turn))
-
-    def stop(self, turn: int) -> None:
-        self._loop.change(lambda setpoints: setpoints.stop(turn))
-
-    def close(self) -> None:
-        self._loop.close()
-
-    def state(self) -> RobotState:
-        return self._loop.state()
+        limits = Limits(settings.max_linear_mps, settings.max_angular_rps, axes=tuple(own.servos))
+        core = LineCore(limits, SETPOINT_TTL_S)
+        line = PinLine(settings, own, core)
+        super().__init__("gpio", limits, clock, core, line, reopen_s=own.reopen_s)
