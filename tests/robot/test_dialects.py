@@ -10,6 +10,7 @@ import pytest
 from wax.config.robot import RobotSettings
 from wax.config.serial import BytesDialectSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.line.core import Reading
 from wax.robot.line.setpoints import Order
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames import (
@@ -213,7 +214,7 @@ def test_reports_are_known_until_the_next_connection() -> None:
     )
     report = {"battery_mv": 7412, "bumpers": 2, "left_ticks": -10, "right_ticks": 20, "flags": 1}
     robot.answer(dialect, 1.0, **report, damaged=3, refused=4)
-    assert dialect.known() == {
+    assert dialect.reading.extra == {
         "line_errors": 1.0,
         "left_ticks": -10.0,
         "right_ticks": 20.0,
@@ -223,10 +224,10 @@ def test_reports_are_known_until_the_next_connection() -> None:
         "robot_line_errors": 3.0,
         "robot_refused": 4.0,
     }
-    assert (dialect.moving, dialect.bumpers, dialect.battery_v) == (True, 2, 7.412)
+    reading = dialect.reading
+    assert (reading.moving, reading.bumpers, reading.battery_v) == (True, 2, 7.412)
     dialect.hello(2.0)
-    assert dialect.known() == {"line_errors": 0.0}
-    assert (dialect.moving, dialect.bumpers, dialect.battery_v) == (None, 0, None)
+    assert dialect.reading == Reading(extra={"line_errors": 0.0})
 
 
 def test_what_came_before_the_session_is_no_error_of_the_line() -> None:
@@ -234,9 +235,9 @@ def test_what_came_before_the_session_is_no_error_of_the_line() -> None:
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
     dialect.receive_data(encode(Frame(ReportBody(0, 0, 0, 0, 0, 0)), 0xFFFF), 1.0)
-    assert dialect.known() == {"line_errors": 1.0}
+    assert dialect.reading.extra == {"line_errors": 1.0}
     robot.answer(dialect, 1.0)
-    assert dialect.known()["line_errors"] == 0.0
+    assert dialect.reading.extra["line_errors"] == 0.0
 
 
 # --- bytes --------------------------------------------------------------------------------
@@ -339,7 +340,7 @@ def test_a_new_connection_says_all_anew() -> None:
 def test_bytes_say_farewell_with_three_stops() -> None:
     """The farewell is three stops."""
     assert single().farewell() == b"SSS"
-    assert single().known() == {}
+    assert single().reading.extra == {}
 
 
 @pytest.mark.parametrize("dialect", [framed(), single()])
@@ -347,13 +348,13 @@ def test_a_silent_board_is_named_by_its_port(dialect: BytesDialect | FramesDiale
     """Of a board that says nothing nothing is known, neither whether it moves nor where it is."""
     complaint = dialect.complaint("/dev/x")
     assert (complaint.code, complaint.values) == ("robot.no_answer_on", {"port": "/dev/x"})
-    assert dialect.moving is None
-    assert dialect.pose is None
+    assert dialect.reading.moving is None
+    assert dialect.reading.pose is None
 
 
 def test_bytes_boards_need_not_answer() -> None:
     """Such a board is there as long as its port is; whether it moves nobody knows."""
     dialect = single()
     dialect.receive_data(b"ok", 1.0)
-    assert (dialect.answers(99.0), dialect.overdue(99.0), dialect.moving) == (True, False, None)
-    assert (dialect.bumpers, dialect.battery_v) == (0, None)
+    assert (dialect.answers(99.0), dialect.overdue(99.0)) == (True, False)
+    assert dialect.reading == Reading()

@@ -24,8 +24,8 @@ def test_before_the_first_hello_nothing_is_known() -> None:
     dialect = framed()
     assert not dialect.answers(0.0)
     assert dialect.overdue(0.5)
-    assert dialect.moving is None
-    assert dialect.known() == {"line_errors": 0.0}
+    assert dialect.reading.moving is None
+    assert dialect.reading.extra == {"line_errors": 0.0}
 
 
 def test_greetings_have_no_turn_and_no_time_to_live() -> None:
@@ -139,16 +139,16 @@ def test_ticks_of_known_length_give_the_pose() -> None:
     robot = Robot()
     robot.hear(dialect.hello(1.0))
     robot.answer(dialect, 1.0, time_ms=2**32 - 100)
-    assert dialect.pose is None
-    assert "left_mps" not in dialect.known()
+    assert dialect.reading.pose is None
+    assert "left_mps" not in dialect.reading.extra
     robot.answer(dialect, 9.0, time_ms=100, left_ticks=100, right_ticks=100)
-    assert dialect.pose == Pose(0.1, 0.0, 0.0)
-    assert dialect.known()["left_mps"] == pytest.approx(0.5)
+    assert dialect.reading.pose == Pose(0.1, 0.0, 0.0)
+    assert dialect.reading.extra["left_mps"] == pytest.approx(0.5)
     robot.hear(dialect.hello(10.0))
-    assert dialect.pose is None
+    assert dialect.reading.pose is None
     robot.answer(dialect, 10.0, time_ms=5, left_ticks=7, right_ticks=7)
     robot.answer(dialect, 10.1, time_ms=105, left_ticks=107, right_ticks=107)
-    assert dialect.pose == Pose(0.2, 0.0, 0.0)
+    assert dialect.reading.pose == Pose(0.2, 0.0, 0.0)
 
 
 def test_farewell_before_any_motion() -> None:

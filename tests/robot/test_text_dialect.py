@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.line.core import Reading
 from wax.robot.line.setpoints import Order
 from wax.robot.serial.text_dialect import TextDialect
 from wax.robot.wheels import WheelMixer
@@ -182,8 +183,7 @@ def test_before_the_first_connection_nothing_is_known() -> None:
     """A line that was never opened is not there."""
     one = dialect(answers="OK", boot_ms=2000)
     assert not one.answers(0.0)
-    assert (one.moving, one.bumpers, one.battery_v, one.pose) == (None, 0, None, None)
-    assert one.known() == {"strange_lines": 0.0}
+    assert one.reading == Reading(extra={"strange_lines": 0.0})
 
 
 def test_the_last_word_is_a_stop_three_times() -> None:
@@ -258,7 +258,7 @@ def test_another_line_is_no_answer() -> None:
     assert one.complaint("/dev/x").code == "robot.no_lines"
     one.receive_data(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\nNOT OK\n", 1.1)
     assert not one.answers(1.1)
-    assert one.known() == {"strange_lines": 2.0}
+    assert one.reading.extra == {"strange_lines": 2.0}
     complaint = one.complaint("/dev/x")
     assert complaint.code == "robot.other_answer"
     assert complaint.values == {"port": "/dev/x", "said": "NOT OK"}
@@ -277,7 +277,7 @@ def test_a_board_that_need_not_answer_is_there() -> None:
     one = begun()
     one.receive_data(b"\xff\x00\r\n", 2.0)
     assert (one.answers(99.0), one.overdue(99.0)) == (True, False)
-    assert one.known() == {"strange_lines": 1.0}
+    assert one.reading.extra == {"strange_lines": 1.0}
 
 
 # --- questions, reports and axes ----------------------------------------------------------
@@ -307,19 +307,19 @@ def test_what_is_seldom_asked_is_known_until_it_is_asked_again() -> None:
     one = begun(ask=["v\r"], ask_ms=2000, reports=["V={battery_v}"])
     one.receive_data(b"V=12.5\n", 1.02)
     one.data_to_send(STAND, 6.0)
-    assert one.battery_v == 12.5
+    assert one.reading.battery_v == 12.5
     one.data_to_send(STAND, 6.1)
-    assert one.battery_v is None
+    assert one.reading.battery_v is None
 
 
 def test_reports_are_its_state() -> None:
     """What a line tells is known, and is no answer; an answer may be a report as well."""
     one = begun(answers="OK", reports=["V={battery_v}", "B{bumpers}", "{left_ticks} {right_ticks}"])
     one.receive_data(b"V=12.5\nB2\n1 1\n1 2\n", 1.02)
-    assert (one.battery_v, one.bumpers, one.moving) == (12.5, 2, True)
-    assert one.known() == {"left_ticks": 1.0, "right_ticks": 2.0, "strange_lines": 0.0}
+    assert (one.reading.battery_v, one.reading.bumpers, one.reading.moving) == (12.5, 2, True)
+    assert one.reading.extra == {"left_ticks": 1.0, "right_ticks": 2.0, "strange_lines": 0.0}
     one.data_to_send(STAND, 2.1)
-    assert (one.battery_v, one.bumpers, one.moving) == (None, 0, None)
+    assert (one.reading.battery_v, one.reading.bumpers, one.reading.moving) == (None, 0, None)
     also = begun(answers="OK", reports=["V={battery_v}"])
     also.receive_data(b"V=1\n", 1.6)
     assert not also.answers(1.6)
@@ -340,9 +340,9 @@ def test_a_place_is_known_where_ticks_have_a_length() -> None:
     one = TextDialect(robot, WheelMixer(robot), Limits(0.6, 1.5))
     one.receive_data(b"0/0\n", 1.0)
     one.receive_data(b"50/50\n", 2.0)
-    assert one.pose is not None
-    assert one.pose.x_m == 0.5
-    assert one.known()["left_mps"] == 0.5
+    assert one.reading.pose is not None
+    assert one.reading.pose.x_m == 0.5
+    assert one.reading.extra["left_mps"] == 0.5
 
 
 def test_axes_move_when_they_are_told() -> None:
@@ -371,5 +371,5 @@ def test_no_bytes_raise_or_move_it(heard: list[tuple[bytes, float]]) -> None:
         words, due_s = one.data_to_send(STAND, now_s)
         said += words
         assert due_s > now_s, "it would be asked without a pause"
-        assert one.moving in (None, True, False)
+        assert one.reading.moving in (None, True, False)
     assert set(said.split(b"\r")) <= {b"", STOP[:-1]}

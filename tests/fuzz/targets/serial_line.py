@@ -54,10 +54,10 @@ def _hear_server(data: bytes) -> None:
     for piece in _pieces(data):
         now_s += 0.01
         dialect.receive_data(piece, now_s)
-        assert dialect.moving in (None, True, False)
-        assert 0 <= dialect.bumpers <= 0xFF
-        assert 0 <= (dialect.battery_v or 0.0) < 66
-        assert all(isinstance(value, float) for value in dialect.known().values())
+        assert dialect.reading.moving in (None, True, False)
+        assert 0 <= dialect.reading.bumpers <= 0xFF
+        assert 0 <= (dialect.reading.battery_v or 0.0) < 66
+        assert all(isinstance(value, float) for value in dialect.reading.extra.values())
         answers = dialect.answers(now_s)
         said, _ = dialect.data_to_send(order, now_s)
         for frame in _read(said, dialect):

@@ -52,11 +52,12 @@ def _hear(data: bytes) -> None:
         assert due_s > now_s, "it would be asked without a pause"
         assert answers or set(said.split(b"\r")) <= {b"", _STOP}, f"unanswered it said {said!r}"
         assert not answers or b"OK" in data, "it took something else for an answer"
-        assert dialect.moving in (None, True, False)
-        assert 0 <= dialect.bumpers <= 0xFF
-        assert dialect.battery_v is None or math.isfinite(dialect.battery_v)
-        assert dialect.pose is None or math.isfinite(dialect.pose.x_m + dialect.pose.y_m)
-        assert all(math.isfinite(value) for value in dialect.known().values())
+        reading = dialect.reading
+        assert reading.moving in (None, True, False)
+        assert 0 <= reading.bumpers <= 0xFF
+        assert reading.battery_v is None or math.isfinite(reading.battery_v)
+        assert reading.pose is None or math.isfinite(reading.pose.x_m + reading.pose.y_m)
+        assert all(math.isfinite(value) for value in reading.extra.values())
         assert str(dialect.complaint("/dev/x")).isprintable()
     assert not dialect.answers(now_s + _ANSWER_S)
 

@@ -18,7 +18,7 @@ from wax.errors import ConfigError, SourceError
 from wax.robot.find_driver import make_driver
 from wax.robot.serial.advice import advised
 from wax.robot.serial.list_ports import find_ports, safer_name
-from wax.robot.serial.reconnecting_port import why_not_open
+from wax.robot.serial.port_line import why_not_open
 
 if TYPE_CHECKING:
     from wax.config.camera import CameraSettings

@@ -13,13 +13,14 @@ import structlog
 
 from wax.config.serial import SerialSettings
 from wax.robot.hand.line import HandDecoder
-from wax.robot.serial.reconnecting_port import Port
+from wax.robot.line.kept_line import KeptLine
+from wax.robot.serial.port_line import CLOSE_TIMEOUT_S, PortLine
 
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.local import LocalSettings
     from wax.driver.hand import HandReading
-    from wax.errors import DriverError
+    from wax.sentence import Sentence
 
 _LOG = structlog.get_logger(__name__)
 
@@ -33,11 +34,10 @@ class SerialHand:
 
     def __init__(self, local: LocalSettings, clock: Clock) -> None:
         self._url = local.url
-        self._port = Port(
-            SerialSettings(url=local.url, baud=local.baud, reopen_s=_REOPEN_S),
-            clock,
-            self,
-            key="local.url",
+        settings = SerialSettings(url=local.url, baud=local.baud, reopen_s=_REOPEN_S)
+        line = PortLine(settings, clock, self, key="local.url")
+        self._port = KeptLine(
+            "hand", line, self, clock, reopen_s=_REOPEN_S, close_s=CLOSE_TIMEOUT_S
         )
         self._lock = threading.Lock()
         self._readings: deque[HandReading] = deque(maxlen=_MOST)
@@ -76,9 +76,9 @@ class SerialHand:
             for end in pipe or ():
                 os.close(end)
 
-    # --- the line's threads (Caller) -------------------------------------------------------
+    # --- the line's threads (`PortConversation`) --------------------------------------------------
 
-    def opened(self, now_s: float) -> bytes:  # noqa: ARG002 - of the protocol
+    def hello(self, now_s: float) -> bytes:  # noqa: ARG002 - of the protocol
         self._decoder = HandDecoder()
         _LOG.info("the hand control's line is open", url=self._url)
         return b""
@@ -97,7 +97,9 @@ class SerialHand:
     def farewell(self) -> bytes:
         return b""
 
-    def lost(self, problem: DriverError) -> None:
+    def lost(self, problem: Sentence | None) -> None:
+        if problem is None:
+            return  # it was closed
         _LOG.warning("the hand control's line is lost", url=self._url, problem=str(problem))
         with self._lock:
             self._is_lost = True

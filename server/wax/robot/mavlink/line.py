@@ -17,7 +17,7 @@ import serial
 from wax.errors import reason_of
 from wax.robot.mavlink.address import parse
 from wax.robot.mavlink.settings import FRAME_BYTES, SIGNATURE_BYTES
-from wax.robot.serial.reconnecting_port import why_not_open
+from wax.robot.serial.port_line import why_not_open
 from wax.sentence import Sentence
 from wax.unreachable import Target, why
 

@@ -14,11 +14,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from wax.robot.line.core import Reading
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.config.serial import BytesDialectSettings
-    from wax.driver.interface import Limits, Pose, Twist
+    from wax.driver.interface import Limits, Twist
     from wax.robot.line.setpoints import Order
 
 STOP_TIMES: Final = 3
@@ -88,23 +89,8 @@ class BytesDialect:
         return Sentence("robot.no_answer_on", {"port": port})
 
     @property
-    def moving(self) -> bool | None:
-        return None
-
-    @property
-    def bumpers(self) -> int:
-        return 0
-
-    @property
-    def battery_v(self) -> float | None:
-        return None
-
-    @property
-    def pose(self) -> Pose | None:
-        return None
-
-    def known(self) -> dict[str, float]:
-        return {}
+    def reading(self) -> Reading:
+        return Reading()
 
     def _moves(self, said: tuple[int | None, int] | None) -> bool:
         return said is not None and said[1] != self._stop

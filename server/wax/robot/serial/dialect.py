@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from wax.driver.interface import Pose
+    from wax.robot.line.core import Reading
     from wax.robot.line.setpoints import Order
     from wax.sentence import Sentence
 
@@ -42,25 +42,6 @@ class Dialect(Protocol):
         ...
 
     @property
-    def moving(self) -> bool | None:
-        """Whether the robot reports that a wheel turns, None if it does not report."""
-        ...
-
-    @property
-    def bumpers(self) -> int:
-        """The pressed bumpers, one bit each."""
-        ...
-
-    @property
-    def battery_v(self) -> float | None:
-        """The battery's voltage, None if it is not measured."""
-        ...
-
-    @property
-    def pose(self) -> Pose | None:
-        """The robot's pose by its wheel odometry, None if unknown."""
-        ...
-
-    def known(self) -> dict[str, float]:
-        """Return the robot's other values, and the number of errors in its data."""
+    def reading(self) -> Reading:
+        """What the robot reports; `extra` has the number of errors in its data, too."""
         ...

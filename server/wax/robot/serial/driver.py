@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import threading
 from typing import TYPE_CHECKING
 
 import structlog
 
-from wax.driver.interface import Limits, RobotState
-from wax.robot.line.setpoints import SetPoints
+from wax.driver.interface import Limits
+from wax.robot.line.core import LineCore, Reading
+from wax.robot.line.robot import LineRobot
 from wax.robot.serial.advice import advised
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames_dialect import FramesDialect
 from wax.robot.serial.odometry import Odometry
-from wax.robot.serial.reconnecting_port import Port
+from wax.robot.serial.port_line import CLOSE_TIMEOUT_S, PortLine
 from wax.robot.serial.text_dialect import TextDialect
 from wax.robot.wheels import WheelMixer
 
@@ -21,15 +21,12 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.robot import RobotSettings
     from wax.config.serial import SerialSettings
-    from wax.driver.interface import Twist
-    from wax.errors import DriverError
     from wax.robot.serial.dialect import Dialect
-    from wax.sentence import Sentence
 
 _LOG = structlog.get_logger(__name__)
 
 
-class SerialRobot:
+class SerialRobot(LineRobot):
     """A `Driver` for any URL that pyserial opens, in one of three dialects.
 
     With ``frames``, or with ``text`` and a robot configured to answer, the robot is connected while
@@ -39,125 +36,70 @@ class SerialRobot:
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         serial = settings.serial
-        self._limits = Limits(
+        limits = Limits(
             settings.max_linear_mps,
             settings.max_angular_rps,
             axes=() if serial.dialect == "bytes" else tuple(serial.axes),
             ttl_s=_own_watchdog_s(serial),
         )
-        dialect = _dialect(settings, self._limits)
-        self._clock = clock
-        self._conversation = _SerialConversation(
-            dialect, SetPoints(self._limits, serial.ttl_ms / 1000.0), serial.url
+        core = SerialCore(_dialect(settings, limits), limits, serial)
+        super().__init__(
+            "serial",
+            limits,
+            clock,
+            core,
+            PortLine(serial, clock, core),
+            reopen_s=serial.reopen_s,
+            close_s=CLOSE_TIMEOUT_S,
         )
-        self._port = Port(serial, clock, self._conversation)
         self._advice = advised(serial)
 
-    @property
-    def kind(self) -> str:
-        return "serial"
-
-    @property
-    def limits(self) -> Limits:
-        return self._limits
-
     def open(self) -> None:
-        """Start opening the port; `state` reports whether it is open."""
         for one in self._advice:
             _LOG.warning(f"{one.problem}. {one.remedy}.")
-        self._port.open()
-
-    def apply(self, twist: Twist, turn: int) -> None:
-        with self._conversation.lock:
-            self._conversation.setpoints.apply(twist, turn, self._clock.now_s())
-        self._port.wake()
-
-    def set_axis(self, name: str, position: float, turn: int) -> None:
-        with self._conversation.lock:
-            self._conversation.setpoints.set_axis(name, position, turn)
-        self._port.wake()
-
-    def stop(self, turn: int) -> None:
-        with self._conversation.lock:
-            self._conversation.setpoints.stop(turn)
-        self._port.wake()
-
-    def close(self) -> None:
-        self._port.close()
-        self._conversation.close()
-
-    def state(self) -> RobotState:
-        return self._conversation.state()
+        super().open()
 
 
-class _SerialConversation:
-    """The `Conversation` of a serial robot: set-points in, the dialect's bytes out, one lock."""
+class SerialCore(LineCore):
+    """The `PortConversation` of a serial robot: its dialect says what `LineCore` orders."""
 
-    def __init__(self, dialect: Dialect, setpoints: SetPoints, url: str) -> None:
-        self.lock = threading.Lock()
-        self.setpoints = setpoints
+    def __init__(self, dialect: Dialect, limits: Limits, serial: SerialSettings) -> None:
+        super().__init__(limits, serial.ttl_ms / 1000.0)
         self._dialect = dialect
-        self._url = url
-        self._connected = False
-        self._problem: Sentence | None = None
-        self._epoch = 0
+        self._url = serial.url
 
-    def opened(self, now_s: float) -> bytes:
-        with self.lock:
+    def hello(self, now_s: float) -> bytes:
+        with self._lock:
+            self._is_open = True
             words = self._dialect.hello(now_s)
             self._look(now_s)
             return words
 
     def next(self, now_s: float) -> tuple[bytes, float]:
-        with self.lock:
+        with self._lock:
             self._look(now_s)
-            order, changes_s = self.setpoints.order(now_s)
+            order, changes_s = self._setpoints.order(now_s)
             words, due_s = self._dialect.data_to_send(order, now_s)
             return words, min(due_s, changes_s)
 
     def received(self, data: bytes, now_s: float) -> None:
-        with self.lock:
+        with self._lock:
             self._dialect.receive_data(data, now_s)
             self._look(now_s)
 
-    def lost(self, problem: DriverError) -> None:
-        with self.lock:
-            self._disconnect(problem.sentence)
-
     def farewell(self) -> bytes:
-        with self.lock:
+        with self._lock:
             return self._dialect.farewell()
 
-    def close(self) -> None:
-        with self.lock:
-            self._disconnect(None)
-
-    def state(self) -> RobotState:
-        with self.lock:
-            return RobotState(
-                connected=self._connected,
-                problem=self._problem,
-                epoch=self._epoch,
-                moving=self._dialect.moving if self._connected else None,
-                pose=self._dialect.pose if self._connected else None,
-                bumpers=self._dialect.bumpers if self._connected else 0,
-                battery_v=self._dialect.battery_v if self._connected else None,
-                extra=self._dialect.known(),
-            )
+    def _reading(self, now_s: float) -> Reading:  # noqa: ARG002 - of the base class
+        return self._dialect.reading
 
     def _look(self, now_s: float) -> None:
         """Update whether the robot is connected."""
         if self._dialect.answers(now_s):
-            if not self._connected:
-                self.setpoints.connected()
-                self._connected, self._problem = True, None
-                self._epoch += 1
+            self._connect()
         elif self._dialect.overdue(now_s):
             self._disconnect(self._dialect.complaint(self._url))
-
-    def _disconnect(self, problem: Sentence | None) -> None:
-        self.setpoints.lost()
-        self._connected, self._problem = False, problem
 
 
 def _own_watchdog_s(serial: SerialSettings) -> float | None:

@@ -6,6 +6,7 @@ import secrets
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
+from wax.robot.line.core import Reading
 from wax.robot.serial.frames import (
     NO_SESSION,
     POSITION_SCALE,
@@ -22,7 +23,6 @@ from wax.robot.serial.frames import (
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from wax.driver.interface import Pose
     from wax.robot.line.setpoints import Order
     from wax.robot.serial.odometry import Odometry
     from wax.robot.wheels import WheelMixer
@@ -113,38 +113,29 @@ class FramesDialect:
         return Sentence("robot.no_answer_on", {"port": port})
 
     @property
-    def moving(self) -> bool | None:
-        return None if self._report is None else self._report.moving
-
-    @property
-    def bumpers(self) -> int:
-        return 0 if self._report is None else self._report.bumpers
-
-    @property
-    def battery_v(self) -> float | None:
-        millivolts = 0 if self._report is None else self._report.battery_mv
-        return millivolts / 1000.0 if millivolts else None  # 0: not measured
-
-    @property
-    def pose(self) -> Pose | None:
-        return self._odometry.pose
-
-    def known(self) -> dict[str, float]:
-        known = {"line_errors": float(self._decoder.errors)}
+    def reading(self) -> Reading:
+        extra = {"line_errors": float(self._decoder.errors)}
         report, speeds = self._report, self._odometry.speeds
-        if report is not None:
-            known |= {
-                "left_ticks": float(report.left_ticks),
-                "right_ticks": float(report.right_ticks),
-                "moving": float(report.moving),
-                "timed_out": float(report.timed_out),
-                "last_sequence": float(report.sequence),
-                "robot_line_errors": float(report.damaged),
-                "robot_refused": float(report.refused),
-            }
         if speeds is not None:
-            known |= {"left_mps": speeds.left_mps, "right_mps": speeds.right_mps}
-        return known
+            extra |= {"left_mps": speeds.left_mps, "right_mps": speeds.right_mps}
+        if report is None:
+            return Reading(pose=self._odometry.pose, extra=extra)
+        extra |= {
+            "left_ticks": float(report.left_ticks),
+            "right_ticks": float(report.right_ticks),
+            "moving": float(report.moving),
+            "timed_out": float(report.timed_out),
+            "last_sequence": float(report.sequence),
+            "robot_line_errors": float(report.damaged),
+            "robot_refused": float(report.refused),
+        }
+        return Reading(
+            moving=report.moving,
+            pose=self._odometry.pose,
+            bumpers=report.bumpers,
+            battery_v=report.battery_mv / 1000.0 or None,  # 0: not measured
+            extra=extra,
+        )
 
     def _take(self, report: ReportBody, robot_time_ms: int, now_s: float) -> None:
         stopped_itself = self._answers and report.timed_out

@@ -16,12 +16,13 @@ from wax.config.text_dialect import POSITION, TWIST, WHEELS
 from wax.driver.checks import within
 from wax.driver.interface import STANDSTILL
 from wax.logs.printable import printable
+from wax.robot.line.core import Reading
 from wax.robot.serial.text_lines import Lines, Reports
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.config.robot import RobotSettings
-    from wax.driver.interface import Limits, Pose, Twist
+    from wax.driver.interface import Limits, Twist
     from wax.robot.line.setpoints import Order
     from wax.robot.wheels import WheelMixer
 
@@ -110,23 +111,15 @@ class TextDialect:
         return Sentence("robot.no_lines", {"port": port})
 
     @property
-    def moving(self) -> bool | None:
-        return self._reports.moving(self._now_s)
-
-    @property
-    def bumpers(self) -> int:
-        return self._reports.bumpers(self._now_s)
-
-    @property
-    def battery_v(self) -> float | None:
-        return self._reports.battery_v(self._now_s)
-
-    @property
-    def pose(self) -> Pose | None:
-        return self._reports.pose
-
-    def known(self) -> dict[str, float]:
-        return self._reports.known() | {"strange_lines": float(self._strange)}
+    def reading(self) -> Reading:
+        reports, now_s = self._reports, self._now_s
+        return Reading(
+            moving=reports.moving(now_s),
+            pose=reports.pose,
+            bumpers=reports.bumpers(now_s),
+            battery_v=reports.battery_v(now_s),
+            extra=reports.known() | {"strange_lines": float(self._strange)},
+        )
 
     def _forget(self, now_s: float) -> None:
         self._lines = Lines()

@@ -15,7 +15,9 @@ from tests.firmware.core import Core
 
 from wax.clock import SystemClock
 from wax.config.robot import RobotSettings
+from wax.config.serial import SerialSettings
 from wax.driver.interface import STANDSTILL, RobotState, Twist
+from wax.robot.line.kept_line import KeptLine
 from wax.robot.serial import frames_dialect
 from wax.robot.serial.driver import SerialRobot
 from wax.robot.serial.frames import (
@@ -28,12 +30,14 @@ from wax.robot.serial.frames import (
     StopBody,
     encode,
 )
-from wax.robot.serial.port_threads import PortThreads
+from wax.robot.serial.port_line import PortLine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from tests.robot.conftest import Board
+
+    from wax.sentence import Sentence
 
 pytestmark = pytest.mark.system
 
@@ -214,7 +218,7 @@ def test_a_change_is_written_at_once(
     for due in ("DRIVE_EVERY_S", "STOP_EVERY_S", "SILENT_AFTER_S"):
         monkeypatch.setattr(frames_dialect, due, 60.0)
     robot = connect()
-    monkeypatch.setattr(robot._conversation.setpoints, "_ttl_s", 60.0)
+    monkeypatch.setattr(robot._core._setpoints, "_ttl_s", 60.0)
     online(robot)
     robot.apply(STANDSTILL, 1)
     for number in range(1, 51):
@@ -484,7 +488,10 @@ def test_a_line_that_only_fails_to_read_ends_with_a_stop(
 class Flood:
     """A conversation that only sends motion, faster than any board reads it."""
 
-    def opened(self, now_s: float) -> bytes:
+    def __init__(self) -> None:
+        self.problem: Sentence | None = None
+
+    def hello(self, now_s: float) -> bytes:
         return b""
 
     def next(self, now_s: float) -> tuple[bytes, float]:
@@ -495,15 +502,22 @@ class Flood:
     def farewell(self) -> bytes:
         return b"SSS"
 
+    def lost(self, problem: Sentence | None) -> None:
+        self.problem = problem or self.problem
+
 
 @pytest.mark.alone
 def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
     """If a board reads nothing for too long, a stop replaces what is still in the buffer."""
     board.deaf = True
-    port = serial.Serial(str(board.path), timeout=0.05, write_timeout=0.1)
-    with pytest.raises(serial.SerialTimeoutException):
-        PortThreads(port, SystemClock(), Flood()).run()
-    assert not port.is_open
+    settings, flood = SerialSettings(url=str(board.path), reopen_s=30.0), Flood()
+    line = PortLine(settings, SystemClock(), flood)
+    kept = KeptLine("flood", line, flood, SystemClock(), reopen_s=30.0)
+    kept.open()
+    board.until(lambda: flood.problem is not None)
+    kept.close()
+    assert "Write timeout" in str(flood.problem)
+    assert not hasattr(line, "_port")
     board.deaf = False
     board.until(lambda: ends_with_stops(board))
 
