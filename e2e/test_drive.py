@@ -15,7 +15,7 @@ from e2e.harness.robot import (
     turn_by_key,
     undisturbed,
 )
-from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.touch_screen import PHONE, TouchPoints
 from e2e.harness.wait import happens
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ pytestmark = pytest.mark.timeout(90)
 NO_HTTP: Final = "void (window.fetch = () => new Promise(() => {}))"
 NO_CHANNEL: Final = "void (frames[0].RTCDataChannel.prototype.send = () => {})"
 """In the empty frame in which the page makes its connections."""
-PHONE: Final = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
 async def goes(server: Server, start: Pose, so: Went) -> bool:

@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack
 from functools import partial
 from statistics import median
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import pytest
 
 from e2e.harness import probe, speech, toml
-from e2e.harness.bidi import firefox
+from e2e.harness.firefox import opened, presses
 from e2e.harness.gamepad import START, InjectedGamepad
 from e2e.harness.installed import needed
 from e2e.harness.microphone import hearing
 from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import holding_moves, moves
-from e2e.harness.scripts import press, reads
+from e2e.harness.scripts import reads
+from e2e.harness.speech import SPOKEN_S, are_words
 from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
-from e2e.test_voice import SPOKEN_S, are_words
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
     from pathlib import Path
 
     from e2e.conftest import Serve
-    from e2e.harness.bidi import Firefox
-    from e2e.harness.server import Server
     from e2e.measure.ear import Ear
 
 ARROW_LEFT = "\ue012"
@@ -38,22 +34,6 @@ FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensio
 LARGEST = "640x480 at 1000 kbit/s"
 
 pytestmark = pytest.mark.timeout(120)
-
-
-@asynccontextmanager
-async def opened(
-    server: Server,
-    folder: Path,
-    ear: Ear | None = None,
-    preferences: Mapping[str, int] = MappingProxyType({}),
-) -> AsyncIterator[Firefox]:
-    """Have the page open in a Firefox without a past, whose picture plays."""
-    async with firefox(folder, ear, preferences) as window:
-        await window.goto(server.url)
-        await eventually(
-            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=30
-        )
-        yield window
 
 
 async def test_firefox_shows_sounds_and_drives(
@@ -124,11 +104,6 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
         await window.key("keyDown", "t")
         await reads(window, "You are heard.")
         await are_words(lambda: speech.read(played))
-
-
-async def presses(window: Firefox, name: str) -> None:
-    """Press the button with this text or label, once it can be."""
-    await eventually(lambda: window.evaluate(press(name)), f"“{name}” can be pressed")
 
 
 # --- the ways to drive other than keys ---

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.viewer import Viewer
+from e2e.harness.viewer import OWN, Viewer, plays_by
 from e2e.harness.wait import until
 from e2e.measure.suite import ROOT
-from e2e.test_sound_player import OWN, plays_by
 
 if TYPE_CHECKING:
     from playwright.async_api import Browser

@@ -13,9 +13,8 @@ from e2e.harness.robot import (
     stands_still,
     until_it_moves,
 )
-from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.touch_screen import PHONE, TouchPoints
 from e2e.harness.viewer import box_of
-from e2e.test_drive import PHONE
 
 if TYPE_CHECKING:
     from e2e.conftest import OpenViewer

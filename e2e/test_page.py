@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from playwright.async_api import expect
 
+from e2e.harness.touch_screen import PHONE
 from e2e.harness.viewer import box_of
-from e2e.test_drive import PHONE
 from wax.client import Operator
 
 if TYPE_CHECKING:

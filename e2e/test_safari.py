@@ -14,10 +14,9 @@ from e2e.harness import probe
 from e2e.harness.installed import needed
 from e2e.harness.robot import holding_moves, moves, stands_still
 from e2e.harness.safari import shaped_like
-from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.touch_screen import PHONE, TouchPoints
+from e2e.harness.viewer import BROWSER, OWN, plays_by
 from e2e.harness.wait import eventually
-from e2e.test_drive import PHONE
-from e2e.test_sound_player import BROWSER, OWN, plays_by
 
 if TYPE_CHECKING:
     from e2e.conftest import OpenViewer

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness import probe, toml
+from e2e.harness.viewer import BROWSER, OWN, plays_by
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -15,11 +16,9 @@ if TYPE_CHECKING:
 
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
-    from e2e.harness.viewer import Viewer
 
 SERVER_SETTINGS = toml.FEW_PICTURES
 
-OWN, BROWSER = "WAX's own", "the browser's"
 FALLS_BACK_WITHIN_MS = 300.0
 
 FAILING_DECODER = """
@@ -30,10 +29,6 @@ AudioDecoder.prototype.decode = function (chunk) {
   decode.call(this, chunk);
 };
 """
-
-
-async def plays_by(viewer: Viewer, player: str) -> None:
-    await viewer.details_say(f"Sound player{player}")
 
 
 @pytest.mark.timeout(120)

@@ -14,15 +14,14 @@ from e2e.conftest import sound_device
 from e2e.harness import speech, toml
 from e2e.harness.chromium import launch_chromium, talkers_chromium
 from e2e.harness.robot import turn_by_key
+from e2e.harness.speech import HEARD_S, SPOKEN_S, are_words
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually, until
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator
     from pathlib import Path
 
-    import numpy as np
-    from numpy.typing import NDArray
     from playwright.async_api import Browser
 
     from e2e.conftest import OpenViewer, Serve
@@ -39,8 +38,6 @@ source = "robot"
 speaker = "robot"
 """
 """The simulated robot, whose microphone hears its speaker; few pictures, since sound is judged."""
-SPOKEN_S = 12.0
-HEARD_S = 4
 
 
 own_ear = pytest_asyncio.fixture(sound_device, scope="module", loop_scope="session")
@@ -127,17 +124,6 @@ async def test_whoever_may_speak_is_bound_to_no_address(server: Server) -> None:
         offered = re.findall(r"^a=candidate:(.*)", await viewer.probe("offer()"), re.MULTILINE)
         assert offered
         assert all(one.split()[4].endswith(".local") for one in offered)
-
-
-async def are_words(heard: Callable[[], NDArray[np.int16]]) -> None:
-    """Wait until the newest of what is heard is the microphone's words."""
-    words, enough = speech.voice(SPOKEN_S), HEARD_S * speech.RATE_HZ
-
-    def are_they() -> bool:
-        newest = heard()[-enough:]
-        return len(newest) == enough and speech.in_order(newest, words) >= 0.5
-
-    await until(are_they, "the words are heard", within_s=30, every_s=0.5)
 
 
 async def falls_silent(played: Path) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from e2e.delay import suite
 from e2e.delay.cell import Cell
+from e2e.delay.imagined_row import measured
 from e2e.delay.judging import COLUMNS, goals, judged
 from e2e.delay.measures import MEASURES
 from e2e.delay.plan import DRIVES, planned
@@ -28,10 +29,6 @@ def cell(system: SystemName, repeat: int = 0, **more: Any) -> Cell:
     return Cell.model_validate(
         {"profile": "same-machine", "system": system, "repeat": repeat} | more
     )
-
-
-def measured(of: Cell, **values: float | None) -> Row:
-    return Row(key=of.key, what="", n=1, values=values, detail={"cell": of.model_dump()})
 
 
 def row(rows: list[Row], measure: str, where: str = "same-machine", kind: str = "cells") -> Row:

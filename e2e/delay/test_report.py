@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from e2e.delay import report
 from e2e.delay.cell import Cell
-from e2e.delay.test_judging import measured as row
+from e2e.delay.imagined_row import measured as row
 from e2e.measure.machine import Machine
 from e2e.measure.results import Origin, Result, Results
 

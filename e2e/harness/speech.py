@@ -11,12 +11,17 @@ from typing import TYPE_CHECKING, Any
 import av
 import numpy as np
 
+from e2e.harness.wait import until
+
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
 
 RATE_HZ = 48_000
+SPOKEN_S = 12.0
+HEARD_S = 4
 _PIECE = 4_000
 _NEAR = 320
 """Samples of 8 kHz: half a second and 40 ms."""
@@ -119,3 +124,14 @@ def _vowels(samples: int) -> NDArray[np.int16]:
         )
         pieces += [syllable * np.hanning(length), np.zeros(int(RATE_HZ * random.uniform(0, 0.4)))]
     return np.asarray(np.concatenate(pieces)[:samples] * 6000, dtype=np.int16)
+
+
+async def are_words(heard: Callable[[], NDArray[np.int16]]) -> None:
+    """Wait until the newest of what is heard is the microphone's words."""
+    words, enough = voice(SPOKEN_S), HEARD_S * RATE_HZ
+
+    def are_they() -> bool:
+        newest = heard()[-enough:]
+        return len(newest) == enough and in_order(newest, words) >= 0.5
+
+    await until(are_they, "the words are heard", within_s=30, every_s=0.5)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from e2e.harness.viewer import box_of
 
@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from playwright.async_api import CDPSession, Locator
 
     from e2e.harness.viewer import Viewer
+
+PHONE: Final = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
 class TouchPoints:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 PROBE = Path(__file__).with_name("probe.js")
 BLACK = 16
+OWN, BROWSER = "WAX's own", "the browser's"
+"""The two sound players, as the details name them."""
 LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
 
 
@@ -262,3 +264,7 @@ class Viewer:
     def forget(self) -> None:
         if self._tap is not None:
             self._tap = needed(self._ear).tap(records=True)
+
+
+async def plays_by(viewer: Viewer, player: str) -> None:
+    await viewer.details_say(f"Sound player{player}")

@@ -17,7 +17,7 @@ from e2e.load.page.ways import WAYS
 from e2e.load.strokes import Change, Stroke, changes, delays
 from e2e.load.suite import SUITE
 from e2e.measure.errors import MeasureError
-from e2e.stop.test_sums import record
+from e2e.stop.imagined_record import record
 
 if TYPE_CHECKING:
     from e2e.stop.record import Record

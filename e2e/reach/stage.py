@@ -9,6 +9,7 @@ from e2e.delay.systems import wax
 from e2e.delay.systems.served import PORT
 from e2e.harness.chromium import chromium_at
 from e2e.harness.robot import key_moves
+from e2e.harness.wait import eventually
 from e2e.reach.internet import Host
 
 if TYPE_CHECKING:
@@ -66,3 +67,32 @@ def browser_at(
 ) -> AbstractAsyncContextManager[Browser]:
     known = [str(ROBOT.public), ROBOT.address, TURN.address]
     return chromium_at(net[name], playwright, known)
+
+
+class Stage:
+    """A robot that serves, and the browser of a friend elsewhere."""
+
+    def __init__(self, net: Internet, robot: Wax, viewer: Viewer) -> None:
+        self.net = net
+        self.viewer = viewer
+        self._robot = robot
+
+    async def drives(self) -> None:
+        if not await self.viewer.page.get_by_text("You are driving").first.is_visible():
+            await self.viewer.takes_the_wheel()
+        await obeys(self._robot, self.viewer)
+
+    async def sees(self) -> dict[str, str]:
+        """Wait until pictures go on coming; return by which way."""
+        before = await self._pictures()
+
+        async def path() -> dict[str, str] | None:
+            if await self._pictures() < before + 5:
+                return None
+            found: dict[str, str] | None = await self.viewer.probe("path()")
+            return found
+
+        return await eventually(path, "pictures come", within_s=20) or {}
+
+    async def _pictures(self) -> float:
+        return float((await self.viewer.inbound("video")).get("framesDecoded", 0))

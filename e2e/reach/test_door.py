@@ -23,8 +23,7 @@ from e2e.harness.wait import eventually
 from e2e.link import namespace
 from e2e.reach.door import DOOR, NAME, OTHER_NAME, Door, aliases, door
 from e2e.reach.internet import Host, Internet
-from e2e.reach.stage import FRIEND, serving, telling_logs
-from e2e.reach.test_reach import Stage
+from e2e.reach.stage import FRIEND, Stage, serving, telling_logs
 from e2e.stop.record import Record
 from wax.__main__ import main
 

@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING, Final
 from playwright.async_api import async_playwright
 
 from e2e.harness.viewer import Viewer
-from e2e.harness.wait import eventually
 from e2e.reach.internet import Host, Internet
-from e2e.reach.stage import FRIEND, HTTP, MEDIA, ROBOT, TURN, URL, browser_at, obeys, serving
+from e2e.reach.stage import FRIEND, HTTP, MEDIA, ROBOT, TURN, URL, Stage, browser_at, serving
 from e2e.reach.turnserver import PORT, SECRET, relay
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-    from e2e.delay.systems.wax import Wax
 
 OFFICE: Final = Host("friend", "10.1.1.2", public="203.0.113.3", udp=False)
 BASE: Final = f"""
@@ -31,35 +29,6 @@ public_addresses = ["{ROBOT.public}"]
 [audio]
 source = "none"
 """
-
-
-class Stage:
-    """A robot that serves, and the browser of a friend elsewhere."""
-
-    def __init__(self, net: Internet, robot: Wax, viewer: Viewer) -> None:
-        self.net = net
-        self.viewer = viewer
-        self._robot = robot
-
-    async def drives(self) -> None:
-        if not await self.viewer.page.get_by_text("You are driving").first.is_visible():
-            await self.viewer.takes_the_wheel()
-        await obeys(self._robot, self.viewer)
-
-    async def sees(self) -> dict[str, str]:
-        """Wait until pictures go on coming; return by which way."""
-        before = await self._pictures()
-
-        async def path() -> dict[str, str] | None:
-            if await self._pictures() < before + 5:
-                return None
-            found: dict[str, str] | None = await self.viewer.probe("path()")
-            return found
-
-        return await eventually(path, "pictures come", within_s=20) or {}
-
-    async def _pictures(self) -> float:
-        return float((await self.viewer.inbound("video")).get("framesDecoded", 0))
 
 
 @asynccontextmanager

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from e2e.stop.hand_over import switches
+from e2e.stop.imagined_record import record
 from e2e.stop.nuisance import halts
-from e2e.stop.record import Record
 
 
 def frame(at_s: float, kind: str = "drive", *, speed: int = 100, turn: int = 1) -> dict[str, Any]:
@@ -20,12 +19,6 @@ def frame(at_s: float, kind: str = "drive", *, speed: int = 100, turn: int = 1) 
 
 def wheels(at_s: float, speed: int) -> dict[str, Any]:
     return {"t_s": at_s, "event": "wheels", "left": speed, "right": speed}
-
-
-def record(*events: dict[str, Any]) -> Record:
-    found = Record(Path("unread"))
-    found.take(events)
-    return found
 
 
 def test_a_stop_is_timed_to_its_first_frame() -> None:

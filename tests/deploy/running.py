@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 START_S = 30.0
+STOP_WITHIN_S = 3.0
 
 
 @asynccontextmanager
@@ -61,3 +62,6 @@ async def answers(port: int, process: Process) -> None:
                 pass
             await asyncio.sleep(0.05)
     raise AssertionError(f"no answer on port {port} within {START_S:g} s")
+
+
+"""A third of the TimeoutStopSec of `config/deploy/wax.service`."""

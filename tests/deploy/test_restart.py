@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 import pytest
-from tests.deploy.running import answers, serving
+from tests.deploy.running import STOP_WITHIN_S, answers, serving
 from tests.free_port import free_port
 
 from wax.client import Client
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.system
 
-STOP_WITHIN_S = 3.0
-"""A third of the TimeoutStopSec of `config/deploy/wax.service`."""
 
 CARD = '[video]\nsource = "testcard"\n[audio]\nsource = "testcard"\n'
 

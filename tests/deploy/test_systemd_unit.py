@@ -10,7 +10,7 @@ from configparser import ConfigParser
 from pathlib import Path
 
 import pytest
-from tests.deploy.test_restart import STOP_WITHIN_S
+from tests.deploy.running import STOP_WITHIN_S
 
 from wax.machine.priority import NICENESS, REALTIME
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.door.door_lines import door_line
+from tests.door.fake_ssh import WITHIN_S, Ssh
 from tests.turned_clock import TurnedClock
 
 from wax.config import settings as config
@@ -20,31 +20,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 OPENED = b"debug1: remote forward success for: listen 127.0.0.1:20001, connect 127.0.0.1:8080\n"
-WITHIN_S = 10.0
-
-
-class Ssh:
-    """A fake ssh that prints and ends as a test tells it to."""
-
-    def __init__(self) -> None:
-        reading, self._said = os.pipe()
-        self.stderr = os.fdopen(reading, "rb")
-        self._ended = threading.Event()
-
-    def says(self, words: bytes) -> None:
-        os.write(self._said, words)
-
-    def ends(self, words: bytes = b"") -> None:
-        if not self._ended.is_set():
-            self._ended.set()
-            self.says(words)
-            os.close(self._said)
-
-    terminate = kill = ends
-
-    def wait(self) -> int:
-        assert self._ended.wait(WITHIN_S)
-        return 255
 
 
 class Stage:

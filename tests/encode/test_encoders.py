@@ -13,6 +13,7 @@ from av.packet import Packet
 from av.video.reformatter import ColorRange, Colorspace
 from hypothesis import example, given
 from hypothesis import strategies as st
+from tests.encode.decoders import decoded_pictures
 from tests.encode.encoders import GOOD, ODD
 from tests.examples import at_length, examples
 
@@ -57,17 +58,6 @@ def _layered(rendition: str) -> list[EncodedPicture]:
     return _encode("vp8", 60, {22}, RENDITIONS[rendition])
 
 
-def decoded(pictures: list[EncodedPicture]) -> dict[float, bytes]:
-    """Return a VP8 decoder's output for these pictures, by capture time."""
-    decoder = av.CodecContext.create("vp8", "r")
-    assert isinstance(decoder, av.VideoCodecContext)
-    return {
-        one.captured_s: frame.to_ndarray().tobytes()
-        for one in pictures
-        for frame in decoder.decode(Packet(one.data))
-    }
-
-
 def _is_keyframe(codec: str, data: bytes) -> bool:
     if codec == "vp8":
         return not data[0] & 1  # RFC 6386, 9.1
@@ -110,8 +100,8 @@ def test_keyframes_come_when_asked_and_at_no_other_time(codec: Literal["vp8", "h
 def test_upper_layers_can_be_dropped(top: int, rendition: str) -> None:
     """Without its upper layers a VP8 stream decodes to identical pictures."""
     found = _layered(rendition)
-    whole = decoded(found)
-    lower = decoded([one for one in found if one.layer <= top])
+    whole = decoded_pictures(found)
+    lower = decoded_pictures([one for one in found if one.layer <= top])
     assert len(lower) == pytest.approx(60 / (4 if top == 0 else 2), abs=2)
     assert all(whole[when] == picture for when, picture in lower.items())
 
@@ -125,7 +115,7 @@ def test_what_is_droppable_is_missed_by_none(seed: int, rendition: str) -> None:
     lost = [one for one, dice in zip(found, luck, strict=True) if one.droppable and dice < 0.5]
     arrived = [one for one in found if one not in lost]
     assert len(lost) > 8
-    whole, seen = decoded(found), decoded(arrived)
+    whole, seen = decoded_pictures(found), decoded_pictures(arrived)
     assert len(seen) == len(arrived)
     assert all(whole[when] == picture for when, picture in seen.items())
 
@@ -134,11 +124,11 @@ def test_what_is_droppable_is_missed_by_none(seed: int, rendition: str) -> None:
 def test_sync_pictures_need_layer_0_alone(rendition: str) -> None:
     """Without layer 1 the sync pictures decode identically, and the others do not."""
     found = _layered(rendition)
-    whole = decoded(found)
+    whole = decoded_pictures(found)
     base = [one for one in found if one.layer != 1]
     for with_sync, is_same in ((True, True), (False, False)):
         arrived = [one for one in base if one.layer == 0 or one.sync is with_sync]
-        seen = decoded(arrived)
+        seen = decoded_pictures(arrived)
         upper = {one.captured_s for one in arrived if one.layer == 2}
         assert len(upper) >= 13
         assert {seen[when] == whole[when] for when in upper} == {is_same}

@@ -6,12 +6,11 @@ import itertools
 from functools import cache
 from typing import TYPE_CHECKING
 
-import av
 import numpy as np
 import pytest
-from av.packet import Packet
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.encode.decoders import decoded_sound
 
 from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
 from wax.congestion.allocation import SoundEncoding
@@ -74,14 +73,6 @@ def _encoded(encoding: SoundEncoding, what: str) -> list[EncodedSound]:
 STEREO = [SoundEncoding(20, 56_000, 2), SoundEncoding(40, 40_000, 2)]
 
 
-def decoded(sounds: list[EncodedSound], layout: str = "mono") -> NDArray[np.float64]:
-    decoder = av.CodecContext.create("libopus", "r")
-    assert isinstance(decoder, av.AudioCodecContext)
-    decoder.sample_rate, decoder.layout, decoder.format = SAMPLE_RATE_HZ, layout, "s16"
-    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
-    return np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames]).astype(float)
-
-
 def _heard(encoding: SoundEncoding, both: NDArray[np.int16]) -> tuple[NDArray[np.float64], float]:
     """Encode and decode 3 s of two channels, ``(n, 2)``; return the last second and the rate."""
     encoder, sounds = SoundEncoder(encoding), []
@@ -89,7 +80,7 @@ def _heard(encoding: SoundEncoding, both: NDArray[np.int16]) -> tuple[NDArray[np
         block = Sound(both[begin : begin + BLOCK_SAMPLES], begin / SAMPLE_RATE_HZ)
         if (one := encoder.encode(block, begin)) is not None:
             sounds.append(one)
-    heard = decoded(sounds, "stereo").reshape(-1, 2)[-SAMPLE_RATE_HZ:]
+    heard = decoded_sound(sounds, "stereo").reshape(-1, 2)[-SAMPLE_RATE_HZ:]
     return heard, sum(len(one.data) for one in sounds) * 8 / 3
 
 
@@ -125,7 +116,7 @@ def test_any_sound_fits_any_form(channels: int) -> None:
         block = Sound(mono[begin : begin + BLOCK_SAMPLES], 1.0).with_channels(3 - channels)
         if (one := encoder.encode(block, begin)) is not None:
             sounds.append(one)
-    heard = decoded(sounds)[SAMPLE_RATE_HZ // 4 :]
+    heard = decoded_sound(sounds)[SAMPLE_RATE_HZ // 4 :]
     assert np.std(heard) == pytest.approx(np.std(mono), rel=0.03)
 
 
@@ -151,13 +142,13 @@ def test_one_packet_holds_one_media_unit(encoding: SoundEncoding) -> None:
         n * encoding.mu_ms * 48 for n in range(3000 // encoding.mu_ms)
     ]
     assert {one.duration_samples for one in found} == {encoding.mu_ms * 48}
-    assert len(decoded(found)) == len(TIME_S)
+    assert len(decoded_sound(found)) == len(TIME_S)
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 def test_a_tone_comes_out_as_loud_and_clean(encoding: SoundEncoding) -> None:
     """A quiet tone of 300 Hz keeps its level within 0.5 dB, with 24 dB of signal to noise."""
-    heard = decoded(_encoded(encoding, "tone"))[SAMPLE_RATE_HZ:]
+    heard = decoded_sound(_encoded(encoding, "tone"))[SAMPLE_RATE_HZ:]
     assert _level_db(heard) == pytest.approx(_level_db(TONE), abs=0.5)
     power = np.abs(np.fft.rfft(heard * np.hanning(len(heard)))) ** 2
     tone = np.abs(np.fft.rfftfreq(len(heard), 1 / SAMPLE_RATE_HZ) - 300) < 15
@@ -168,7 +159,7 @@ def test_a_tone_comes_out_as_loud_and_clean(encoding: SoundEncoding) -> None:
 def test_a_voice_keeps_its_colour(encoding: SoundEncoding) -> None:
     """The bands that make speech intelligible keep their level within 1.5 dB."""
     voice = _voice()
-    heard = decoded(_encoded(encoding, "voice"))
+    heard = decoded_sound(_encoded(encoding, "voice"))
     expected = _bands(voice[SAMPLE_RATE_HZ:])
     assert _bands(heard[SAMPLE_RATE_HZ:]) == pytest.approx(expected, abs=1.5)
 
@@ -191,7 +182,7 @@ def test_what_is_heard_was_captured_when_it_says(encoding: SoundEncoding) -> Non
     click = round(1.2345 * SAMPLE_RATE_HZ)
     samples[click : click + 24] = 20_000
     found = _encode(encoding, samples)
-    heard = int(np.argmax(np.abs(decoded(found)))) / SAMPLE_RATE_HZ
+    heard = int(np.argmax(np.abs(decoded_sound(found)))) / SAMPLE_RATE_HZ
     assert found[0].captured_s + heard == pytest.approx(
         10 + (click + 12) / SAMPLE_RATE_HZ, abs=0.0005
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.encode.test_sound_encoder import decoded
+from tests.encode.decoders import decoded_sound
 from tests.examples import examples
 from tests.open_boundary import OpenFence
 
@@ -242,7 +242,7 @@ async def test_a_change_of_encoding_is_not_heard() -> None:
         hub.push(Sound(tone[number * 480 : number * 480 + 480], (FIRST + number) / 100))
         await asyncio.sleep(0)
         sounds += _drain(lane)
-    heard = decoded(sounds)
+    heard = decoded_sound(sounds)
     assert len(sounds) > 100
     blocks = heard[4800 : len(heard) // 480 * 480].reshape(-1, 480)
     shares = np.sqrt(np.mean(blocks**2, axis=1)) / (1600 / np.sqrt(2))

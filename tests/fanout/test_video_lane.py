@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.encode.test_encoders import decoded
+from tests.encode.decoders import decoded_pictures
 from tests.examples import examples
 
 from wax.capture.source import Picture
@@ -33,7 +33,7 @@ def _pictures(count: int, keyframes: set[int]) -> list[EncodedPicture]:
 
 
 STREAM = _pictures(90, keyframes={0, 45})
-WHOLE = decoded(STREAM)
+WHOLE = decoded_pictures(STREAM)
 
 
 def _through(
@@ -65,7 +65,7 @@ def test_what_a_slow_viewer_gets_decodes_to_the_same_pictures(
     lane.choose(SMALL.name)
     out = _through(lane, taken, tops)
     assert [p.pts for p in out] == sorted(p.pts for p in out)
-    for captured_s, seen in decoded(out).items():
+    for captured_s, seen in decoded_pictures(out).items():
         assert seen == WHOLE[captured_s]
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.firmware.core import AXES, battery, power
-from tests.firmware.test_core import Bench
+from tests.firmware.core_bench import Bench
 
 from wax.robot.serial.frames import AxisBody, HelloBody, StopBody
 

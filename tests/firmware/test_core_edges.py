@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.firmware.core import Core, Verdict
-from tests.firmware.test_core import AHEAD, WRAP, Bench
+from tests.firmware.core_bench import AHEAD, WRAP, Bench
 
 from wax.robot.serial.frames import (
     NO_SESSION,

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import pytest
+from tests.robot.dialect_robot import LIMITS, Robot, connected, framed, going, says
 
-from wax.config.robot import RobotSettings
 from wax.config.serial import BytesDialectSettings
-from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL
 from wax.robot.line.core import Reading
 from wax.robot.line.setpoints import Order
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames import (
     AxisBody,
-    Body,
-    Decoder,
     DriveBody,
     Frame,
     HelloBody,
@@ -24,54 +23,11 @@ from wax.robot.serial.frames import (
     StopBody,
     encode,
 )
-from wax.robot.serial.frames_dialect import FramesDialect
-from wax.robot.serial.odometry import Odometry
-from wax.robot.wheels import WheelMixer
 
-LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
+if TYPE_CHECKING:
+    from wax.robot.serial.frames_dialect import FramesDialect
+
 STAND = Order(STANDSTILL, 1)
-
-
-def going(ahead: float, left: float, turn: int = 1) -> Order:
-    """Shares of the limits."""
-    return Order(Twist(ahead * LIMITS.linear_mps, left * LIMITS.angular_rps), turn)
-
-
-def framed() -> FramesDialect:
-    settings = RobotSettings()
-    return FramesDialect(WheelMixer(settings), 200, ("pan", "lamp"), Odometry(settings))
-
-
-class Robot:
-    """The robot's end: it decodes what the dialect sends, and answers on request."""
-
-    def __init__(self) -> None:
-        self.decoder = Decoder()
-        self.heard: list[Frame] = []
-
-    def hear(self, wire: bytes) -> list[Body]:
-        found = self.decoder.feed(wire)
-        self.heard += found
-        assert self.decoder.errors == 0
-        return [frame.body for frame in found]
-
-    def answer(
-        self, dialect: FramesDialect, now_s: float, time_ms: int = 0, **report: int
-    ) -> ReportBody:
-        """Report the last frame heard as taken."""
-        fields = {"battery_mv": 0, "bumpers": 0, "left_ticks": 0, "right_ticks": 0, "flags": 0}
-        fields |= {"sequence": self.heard[-1].sequence} | report
-        said = ReportBody(**fields)
-        dialect.receive_data(encode(Frame(said, time_ms=time_ms), self.decoder.session), now_s)
-        return said
-
-
-def connected(now_s: float = 1.0, time_ms: int = 0) -> tuple[FramesDialect, Robot]:
-    """Give a dialect whose hello was answered at once."""
-    dialect, robot = framed(), Robot()
-    robot.hear(dialect.hello(now_s))
-    robot.answer(dialect, now_s, time_ms)
-    return dialect, robot
 
 
 def single() -> BytesDialect:
@@ -81,11 +37,6 @@ def single() -> BytesDialect:
     for now_s in (0.0, 0.02, 0.04, 0.06):
         dialect.data_to_send(STAND, now_s)
     return dialect
-
-
-def says(dialect: BytesDialect | FramesDialect, order: Order, now_s: float) -> tuple[bytes, float]:
-    words, due_s = dialect.data_to_send(order, now_s)
-    return words, round(due_s, 6)
 
 
 # --- frames -------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import secrets
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.robot.test_dialects import Robot, connected, framed, going, says
+from tests.robot.dialect_robot import Robot, connected, framed, going, says
 
 from wax.config.robot import RobotSettings
 from wax.driver.interface import Pose

@@ -13,9 +13,9 @@ from aiortc.rtcsctptransport import ForwardTsnChunk, HeartbeatChunk, SackChunk
 from tests.fuzz.target import at_once
 from tests.fuzz.targets.network import _PICTURE, _Page
 from tests.rtc.networks import opened_network
+from tests.rtc.real_link import FIRST, LAST, UNORDERED, Link, opened
+from tests.rtc.real_peer import Events, Pictures, peer_of
 from tests.rtc.steps import counted
-from tests.rtc.test_association import FIRST, LAST, UNORDERED, Link, opened
-from tests.rtc.test_peer import Events, Pictures, peer_of
 
 from wax.rtc import private
 from wax.rtc.signalling import clean_offer

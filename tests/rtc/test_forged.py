@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.rtc.test_association import Link, opened
+from tests.rtc.real_link import Link, opened
 
 from wax.rtc import private
 from wax.rtc.datagram import MAX_BYTES, is_plausible

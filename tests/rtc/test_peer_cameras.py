@@ -11,7 +11,7 @@ import pytest
 from aiortc import RTCPeerConnection
 from aiortc.rtp import RtcpPsfbPacket
 from tests.rtc.networks import opened_network
-from tests.rtc.test_peer import Events, Pictures, agree, peer_of
+from tests.rtc.real_peer import Events, Pictures, agree, peer_of
 
 from wax.streams.interface import CameraLane
 

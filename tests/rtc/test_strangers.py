@@ -10,12 +10,12 @@ import aioice.stun
 import pytest
 from aiortc.rtp import RtcpPsfbPacket, RtcpReceiverInfo, RtcpRrPacket, pack_remb_fci
 from aiortc.sdp import SessionDescription
-from tests.rtc.test_association import Link, opened
+from tests.rtc.real_link import Link, opened
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from tests.rtc.test_peer import Noted
+    from tests.rtc.real_peer import Noted
 
 _HEADER: Final = b"\x00\x01" + (8).to_bytes(2) + aioice.stun.COOKIE.to_bytes(4) + b"0123456789ab"
 

@@ -12,7 +12,7 @@ import numpy as np
 from aiortc import RTCPeerConnection
 from aiortc.mediastreams import AudioStreamTrack
 from tests.rtc.networks import opened_network
-from tests.rtc.test_peer import Events, agree, peer_of
+from tests.rtc.real_peer import Events, agree, peer_of
 
 from wax.speaker.opus_decoder import OpusDecoder
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from tests.examples import at_length
-from tests.streams.test_live_streams import TOP, Rig
+from tests.streams.live_rig import TOP, Rig
 from tests.turned_clock import TurnedClock
 
 from wax.capture.testcard import TestCardVideo

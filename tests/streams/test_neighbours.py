@@ -13,7 +13,7 @@ from tests.fuzz.target import at_once
 from tests.fuzz.targets.network import Transport
 from tests.open_boundary import OpenFence
 from tests.rtc.browser_feedback import feedback_packet
-from tests.streams.test_live_streams import SIZES, Rig
+from tests.streams.live_rig import SIZES, Rig
 
 from wax.config.audio import AudioSettings
 from wax.config.sync import SyncSettings

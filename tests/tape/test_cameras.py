@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import av
 import pytest
+from tests.tape.decoded import flashes_s, times_s
 from tests.tape.packets import SIZE, pictures
-from tests.tape.test_files import flashes_s, times_s
 from tests.turned_clock import TurnedClock
 from tests.until import until
 

@@ -17,6 +17,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.reader import make_reader
 from mcap.records import Chunk
 from mcap.writer import Writer
+from tests.tape.decoded import flashes_s, frames, times_s
 from tests.tape.packets import FPS, SIZE, in_order, pictures, sounds
 
 from wax.capture.source import Sound
@@ -33,7 +34,7 @@ from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of, repaired
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
     from pathlib import Path
 
     from wax.encode.encoded import EncodedSound
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 ORIGIN_S: Final = 5000.0
 ZERO_NS: Final = 1_795_000_000_000_000_000
 CODECS: Final[tuple[Codec, ...]] = ("vp8", "h264")
-Stream = Literal["video", "audio"]
 
 
 def record(path: Path, codec: Codec, *, seconds: float, drift_ppm: float = 0.0) -> TapeFile:
@@ -60,39 +60,6 @@ def write(made: TapeFile, items: Iterable[EncodedPicture | EncodedSound]) -> Non
             made.picture(item)
         else:
             made.sound(item)
-
-
-def frames(path: Path, stream: Stream) -> Iterator[av.VideoFrame | av.AudioFrame]:
-    """Decode as far as possible."""
-    with av.open(str(path)) as media:
-        for frame in media.decode(**{stream: 0}):
-            assert isinstance(frame, av.VideoFrame | av.AudioFrame)
-            yield frame
-
-
-def times_s(path: Path, stream: Stream) -> list[float]:
-    """Return the start of each decodable frame."""
-    return [frame.time or 0.0 for frame in frames(path, stream)]
-
-
-def flashes_s(path: Path, stream: Stream) -> list[float]:
-    """Return the times at which picture or sound become bright or loud."""
-    found, was_on = [], False
-    for frame in frames(path, stream):
-        begin_s = frame.time or 0.0
-        if isinstance(frame, av.AudioFrame):
-            samples = np.abs(frame.to_ndarray().astype(np.float64)).ravel()
-            pieces = [
-                (begin_s + at / frame.sample_rate, bool(samples[at : at + 48].max() > 0.05))
-                for at in range(0, len(samples), 48)
-            ]
-        else:
-            pieces = [(begin_s, bool(frame.to_ndarray()[: SIZE[1]].mean() > 128))]
-        for at_s, is_on in pieces:
-            if is_on and not was_on:
-                found.append(at_s)
-            was_on = is_on
-    return found
 
 
 @pytest.mark.parametrize("codec", CODECS)

@@ -10,7 +10,7 @@ from urllib.parse import parse_qsl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.web.test_preview_picture import encoded
+from tests.web.pictures import encoded
 
 from wax.config.page import PageSettings
 from wax.config.server import ServerSettings

@@ -10,8 +10,7 @@ import pytest
 from aiohttp.test_utils import BaseTestServer, TestServer
 from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
-from tests.web.test_host_names import FOREIGN, MALFORMED
-from tests.web.test_senders import FOREIGN as FOREIGN_ORIGINS
+from tests.web.foreign import FOREIGN_HOSTS, FOREIGN_ORIGINS, MALFORMED_HOSTS
 
 from wax.config.network import NetworkSettings
 from wax.config.page import PageSettings
@@ -129,7 +128,7 @@ async def line(
 
 async def test_a_request_for_another_host(line: Line) -> None:
     """A name that somebody else points at this machine gets nothing, whatever is requested."""
-    for name in FOREIGN:
+    for name in FOREIGN_HOSTS:
         answer = await line.ask(b"GET / HTTP/1.1", b"Host: " + name.encode())
         assert answer.status == 421, name
         assert "does not go by that name" in json.loads(answer.body)["error"]
@@ -141,7 +140,7 @@ async def test_a_request_for_another_host(line: Line) -> None:
 
 async def test_a_malformed_host(line: Line) -> None:
     """Anything but a name or an address gets 400, and reaches neither page nor robot."""
-    for text in (text for text in MALFORMED if text.strip() == text):
+    for text in (text for text in MALFORMED_HOSTS if text.strip() == text):
         raw = b"Host: " + text.encode("utf-8", "surrogateescape")
         assert (await line.ask(b"GET / HTTP/1.1", raw)).status == 400, text
         assert (await line.ask(b"POST /api/offer HTTP/1.1", raw, body=GOOD)).status == 400, text

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import cv2
-import numpy as np
 import pytest
+from tests.web.pictures import encoded
 
 from wax.errors import ConfigError
 from wax.web import preview_picture
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-
-def encoded(kind: str, width: int = 120, height: int = 63) -> bytes:
-    picture = np.full((height, width, 3), 90, np.uint8)
-    done, content = cv2.imencode(f".{kind}", picture)
-    assert done
-    return content.tobytes()
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from aiohttp.web import BaseRequest
 from tests.examples import at_length
 from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
-from tests.web.test_preview_picture import encoded
+from tests.web.pictures import encoded
 
 from wax.access.access import Shown
 from wax.access.admission import Visitor

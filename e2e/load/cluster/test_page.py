@@ -11,6 +11,7 @@ import jwt
 import pytest
 
 from e2e.harness import probe
+from e2e.harness.firefox import opened, presses
 from e2e.harness.installed import needed
 from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import turn_by_key
@@ -18,7 +19,6 @@ from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
 from e2e.load.cluster.stage import published
-from e2e.test_firefox import opened, presses
 from wax.client.operator import Operator
 
 if TYPE_CHECKING:

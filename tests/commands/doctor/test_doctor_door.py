@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from tests.door.door_lines import door_line
-from tests.door.test_tunnel import Ssh
+from tests.door.fake_ssh import Ssh
 
 from wax.commands.doctor import door
 from wax.commands.doctor.addresses import local_addresses

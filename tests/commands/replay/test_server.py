@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 from aiohttp.test_utils import TestClient, TestServer
-from tests.commands.replay.test_library import BEGIN_S, CAMERAS, record
+from tests.commands.replay.recorded import BEGIN_S, CAMERAS, record
 from tests.turned_clock import TurnedClock
 
 from wax.commands.replay.library import Library
