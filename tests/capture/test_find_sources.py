@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 from structlog.testing import capture_logs
+from tests.capture.seeing_robot import SeeingRobot
+from tests.idle_robot import IdleRobot
 
 from wax.capture.camera import OpenCvCamera
 from wax.capture.file.media_file import FileAudio, FileVideo
@@ -19,48 +21,21 @@ from wax.clock import Clock, SystemClock
 from wax.config.audio import AudioSettings
 from wax.config.camera import CameraSettings
 from wax.config.video import VideoSettings
-from wax.driver.interface import Limits, RobotState, Twist
+from wax.driver.interface import Limits
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from wax.capture.source import AudioSource, Picture, VideoSource
+    from wax.capture.source import Picture, VideoSource
 
 
-class Robot:
-    """A driver without camera and microphone."""
-
-    kind = "wooden"
-    limits = Limits(1.0, 1.0)
-
-    def open(self) -> None: ...
-
-    def apply(self, twist: Twist, turn: int) -> None: ...
-
-    def set_axis(self, name: str, position: float, turn: int) -> None: ...
-
-    def stop(self, turn: int) -> None: ...
-
-    def close(self) -> None: ...
-
-    def state(self) -> RobotState:
-        return RobotState(connected=True)
-
-
-class SeeingRobot(Robot):
-    """A driver with a camera and a microphone."""
-
-    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
-        return TestCardVideo(settings, clock)
-
-    def microphone(self, clock: Clock) -> AudioSource:
-        return TestCardAudio(AudioSettings(), clock)
-
-
-def find(video: str = "none", audio: str = "none", robot: Robot | None = None) -> Sources:
+def find(video: str = "none", audio: str = "none", robot: IdleRobot | None = None) -> Sources:
     return make_sources(
-        VideoSettings(source=video), AudioSettings(source=audio), SystemClock(), robot or Robot()
+        VideoSettings(source=video),
+        AudioSettings(source=audio),
+        SystemClock(),
+        robot or IdleRobot(),
     )
 
 
@@ -140,9 +115,9 @@ def test_the_robots_own_senses() -> None:
     sources = find("robot", "robot", SeeingRobot())
     assert isinstance(sources.video, TestCardVideo)
     assert isinstance(sources.audio, TestCardAudio)
-    with pytest.raises(ConfigError, match=r"^\[video\] source: the wooden robot has no camera"):
+    with pytest.raises(ConfigError, match=r"^\[video\] source: the idle robot has no camera"):
         find(video="robot")
-    with pytest.raises(ConfigError, match=r"^\[audio\] source: the wooden robot has no micro"):
+    with pytest.raises(ConfigError, match=r"^\[audio\] source: the idle robot has no micro"):
         find(audio="robot")
 
 
@@ -219,11 +194,11 @@ def test_somebody_elses_class(monkeypatch: pytest.MonkeyPatch) -> None:
             VideoSettings(source="glass_eye:Glass", width=32),
             AudioSettings(source="none"),
             SystemClock(),
-            Robot(),
+            IdleRobot(),
         )
 
 
-class WatchedRobot(Robot):
+class WatchedRobot(IdleRobot):
     """A driver with a camera that films the robot, and an arm that turns it."""
 
     limits = Limits(1.0, 1.0, axes=("arm",))
@@ -236,9 +211,9 @@ def test_a_camera_beside_the_driving_view_is_found() -> None:
     """`[[camera]]` takes the values that `[video]` takes; "robot" is its external view."""
     clock = SystemClock()
     card = CameraSettings(name="Door", source="testcard")
-    assert isinstance(make_camera(card, clock, Robot()), TestCardVideo)
+    assert isinstance(make_camera(card, clock, IdleRobot()), TestCardVideo)
     device = CameraSettings(name="Door", source="camera:7")
-    assert isinstance(make_camera(device, clock, Robot()), OpenCvCamera)
+    assert isinstance(make_camera(device, clock, IdleRobot()), OpenCvCamera)
     own = CameraSettings(name="Above", source="robot", axes=["arm"])
     assert isinstance(make_camera(own, clock, WatchedRobot()), TestCardVideo)
 
@@ -265,12 +240,12 @@ def test_an_address_that_two_tables_open_is_told() -> None:
 @pytest.mark.parametrize(
     ("keys", "says"),
     [
-        ({"source": "robot"}, "camera Door: source: the wooden robot has no view of itself"),
+        ({"source": "robot"}, "camera Door: source: the idle robot has no view of itself"),
         ({"source": "nowhere.mp4"}, "camera Door: source: nowhere.mp4 does not exist"),
         ({"source": "no.such:Class"}, "camera Door: source: no.such:Class: cannot import"),
         (
             {"source": "testcard", "axes": ["pan"]},
-            "camera Door: axes: the wooden robot has no axis pan; its axes are: none",
+            "camera Door: axes: the idle robot has no axis pan; its axes are: none",
         ),
     ],
 )
@@ -278,7 +253,7 @@ def test_a_camera_that_cannot_be_is_named(keys: dict[str, object], says: str) ->
     """An error in one of several cameras names that camera."""
     settings = CameraSettings.model_validate({"name": "Door", **keys})
     with pytest.raises(ConfigError) as refused:
-        make_camera(settings, SystemClock(), Robot())
+        make_camera(settings, SystemClock(), IdleRobot())
     assert str(refused.value).startswith(says)
 
 
@@ -287,4 +262,4 @@ def test_an_address_has_no_controls() -> None:
     address = "rtsp://me:secret@10.0.0.9/live"
     settings = VideoSettings(source=address, controls={"auto_exposure": 1})
     with pytest.raises(ConfigError, match=r"^\[video\] controls: rtsp://10\.0\.0\.9/live has none"):
-        make_sources(settings, AudioSettings(source="none"), SystemClock(), Robot())
+        make_sources(settings, AudioSettings(source="none"), SystemClock(), IdleRobot())

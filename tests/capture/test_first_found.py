@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from structlog.testing import capture_logs
-from tests.capture.test_find_sources import Robot, SeeingRobot
+from tests.capture.seeing_robot import SeeingRobot
+from tests.idle_robot import IdleRobot
 
 from wax.capture import find_sources
 from wax.capture.file.media_file import FileVideo
@@ -160,7 +161,7 @@ def test_the_default_microphone_else_the_first(sounds: Sounds, source: str | Non
     assert len(logs) == 1
 
 
-def auto(robot: Robot) -> find_sources.Sources:
+def auto(robot: IdleRobot) -> find_sources.Sources:
     return make_sources(DrivingViewSettings(), AudioSettings(), SystemClock(), robot)
 
 
@@ -172,16 +173,16 @@ def test_what_nobody_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         find_sources, "first_microphone", lambda: device("microphone:3", "USB microphone")
     )
-    blind = auto(Robot())
+    blind = auto(IdleRobot())
     assert isinstance(blind.video, FirstCamera)
     assert isinstance(blind.audio, PortAudioMicrophone)
     monkeypatch.setattr(find_sources, "first_microphone", lambda: None)
-    assert auto(Robot()).audio is None
+    assert auto(IdleRobot()).audio is None
 
 
 def test_it_is_the_source_of_the_listed_name() -> None:
     """A found device is built as if it had been configured by its listed name."""
-    camera = auto(Robot()).video
+    camera = auto(IdleRobot()).video
     assert isinstance(camera, FirstCamera)
     assert isinstance(camera._make("rtsp://127.0.0.1:1/eye"), FileVideo)
 

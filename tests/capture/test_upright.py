@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from tests.capture.card_reader import read_stamp
+from tests.idle_robot import IdleRobot
 
 from wax.capture.find_sources import make_camera, make_sources
 from wax.capture.letterbox import planes
@@ -17,7 +18,6 @@ from wax.clock import Clock, SystemClock
 from wax.config.audio import AudioSettings
 from wax.config.camera import CameraSettings
 from wax.config.video import DrivingViewSettings, VideoSettings
-from wax.driver.interface import Limits, RobotState, Twist
 
 RANDOM = np.random.default_rng(7).integers(0, 255, (48 * 3 // 2, 64), dtype=np.uint8)
 
@@ -32,11 +32,8 @@ def test_each_plane_is_turned_and_then_mirrored(quarters: int, mirror: bool) -> 
         assert (after == (upright[:, ::-1] if mirror else upright)).all()
 
 
-class SidewaysRobot:
+class SidewaysRobot(IdleRobot):
     """A driver whose cameras deliver a picture of odd proportions at a fixed time."""
-
-    kind = "sideways"
-    limits = Limits(1.0, 1.0)
 
     def camera(self, settings: VideoSettings, clock: Clock) -> SidewaysRobot:
         return self
@@ -45,19 +42,6 @@ class SidewaysRobot:
 
     def read(self) -> Picture:
         return Picture(RANDOM, 77.0, within_s=0.02)
-
-    def open(self) -> None: ...
-
-    def apply(self, twist: Twist, turn: int) -> None: ...
-
-    def set_axis(self, name: str, position: float, turn: int) -> None: ...
-
-    def stop(self, turn: int) -> None: ...
-
-    def close(self) -> None: ...
-
-    def state(self) -> RobotState:
-        return RobotState(connected=True)
 
 
 @pytest.mark.parametrize(

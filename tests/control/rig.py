@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from tests.control.rules import VOUCHED
+from tests.idle_robot import IdleRobot
 from tests.turned_clock import Turnable, TurnedClock
 
 from wax.clock import Clock, SystemClock
@@ -32,7 +33,7 @@ AGILE = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=100.0)
 """A robot that reaches any speed within one tick."""
 
 
-class FakeDriver:
+class FakeDriver(IdleRobot):
     """Records every call; raises from the methods named in `broken`."""
 
     kind = "fake"

@@ -19,6 +19,7 @@ from typing import Final
 import pytest
 from tests.control.rig import make_loop
 from tests.examples import share_of
+from tests.idle_robot import IdleRobot
 from tests.turned_clock import TurnedClock
 
 from wax.config.drive import DriveSettings
@@ -47,7 +48,7 @@ class StateReport:
     linear_mps: float = 0.0
 
 
-class Log:
+class Log(IdleRobot):
     """A driver that logs its calls and their times."""
 
     kind = "log"
@@ -58,9 +59,6 @@ class Log:
         self.told: list[StateReport] = []
         self.now = RobotState(connected=True, epoch=1)
 
-    def open(self) -> None:
-        pass
-
     def apply(self, twist: Twist, turn: int) -> None:
         self.told.append(StateReport("apply", turn, self._clock.time_s, twist.linear_mps))
 
@@ -69,9 +67,6 @@ class Log:
 
     def stop(self, turn: int) -> None:
         self.told.append(StateReport("stop", turn, self._clock.time_s))
-
-    def close(self) -> None:
-        pass
 
     def state(self) -> RobotState:
         return self.now

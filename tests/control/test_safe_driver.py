@@ -4,62 +4,24 @@ from __future__ import annotations
 
 import pytest
 from structlog.testing import capture_logs
+from tests.control.rig import FakeDriver
 
 from wax.control.gate import Setpoint
 from wax.control.safe_driver import NOT_CONNECTED, SafeDriver
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
+from wax.driver.interface import STANDSTILL, RobotState, Twist
 from wax.sentence import says
 
 AHEAD = Twist(0.5, 0.0)
 
 
-class Robot:
-    """Records its calls; raises from the methods named in `broken`."""
-
-    kind = "noted"
-    limits = Limits(0.5, 1.0, axes=("pan",))
-
-    def __init__(self) -> None:
-        self.told: list[tuple[object, ...]] = []
-        self.broken: set[str] = set()
-        self.now = RobotState(connected=True, epoch=1)
-
-    def _note(self, *call: object) -> None:
-        if call[0] in self.broken:
-            raise OSError("no bus")
-        self.told.append(call)
-
-    def open(self) -> None: ...
-
-    def apply(self, twist: Twist, turn: int) -> None:
-        self._note("apply", twist, turn)
-
-    def set_axis(self, name: str, position: float, turn: int) -> None:
-        self._note("set_axis", name, position, turn)
-
-    def stop(self, turn: int) -> None:
-        self._note("stop", turn)
-
-    def close(self) -> None: ...
-
-    def state(self) -> RobotState:
-        if "state" in self.broken:
-            raise OSError("no bus")
-        return self.now
-
-    def take(self) -> list[tuple[object, ...]]:
-        told, self.told = self.told, []
-        return told
+@pytest.fixture
+def robot() -> FakeDriver:
+    return FakeDriver()
 
 
 @pytest.fixture
-def robot() -> Robot:
-    return Robot()
-
-
-@pytest.fixture
-def safe_driver(robot: Robot) -> SafeDriver:
+def safe_driver(robot: FakeDriver) -> SafeDriver:
     """Make a safe driver whose robot is connected and has no calls recorded since."""
     safe_driver = SafeDriver(robot)
     assert safe_driver.check(1) is None
@@ -67,7 +29,7 @@ def safe_driver(robot: Robot) -> SafeDriver:
     return safe_driver
 
 
-def test_it_stands_from_the_start(robot: Robot) -> None:
+def test_it_stands_from_the_start(robot: FakeDriver) -> None:
     """Before the first call nothing moves, and the robot counts as not connected."""
     safe_driver = SafeDriver(robot)
     assert not safe_driver.is_moving
@@ -75,7 +37,7 @@ def test_it_stands_from_the_start(robot: Robot) -> None:
     assert safe_driver.failures == 0
 
 
-def test_a_robot_that_is_not_there_is_told_of(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_a_robot_that_is_not_there_is_told_of(safe_driver: SafeDriver, robot: FakeDriver) -> None:
     """A problem that the robot reports is shown before the missing connection."""
     robot.now = RobotState(connected=False, epoch=1)
     assert safe_driver.check(1) == NOT_CONNECTED
@@ -83,7 +45,9 @@ def test_a_robot_that_is_not_there_is_told_of(safe_driver: SafeDriver, robot: Ro
     assert safe_driver.check(1) == says("No port.")
 
 
-def test_a_robot_that_was_connected_anew_is_stopped(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_a_robot_that_was_connected_anew_is_stopped(
+    safe_driver: SafeDriver, robot: FakeDriver
+) -> None:
     """A robot that has reconnected is stopped once, and its axes' positions are unknown."""
     safe_driver.steer(Setpoint(axes={"pan": 0.5}), 1)
     assert not safe_driver.changes_axes({"pan": 0.5})
@@ -95,7 +59,7 @@ def test_a_robot_that_was_connected_anew_is_stopped(safe_driver: SafeDriver, rob
     assert safe_driver.changes_axes({"pan": 0.5})
 
 
-def test_only_axes_that_change_are_set(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_only_axes_that_change_are_set(safe_driver: SafeDriver, robot: FakeDriver) -> None:
     """A position is sent once, and `changes_axes` says whether one would be sent."""
     assert safe_driver.changes_axes({"pan": 0.5}) is True
     for _ in range(2):
@@ -106,7 +70,9 @@ def test_only_axes_that_change_are_set(safe_driver: SafeDriver, robot: Robot) ->
     assert robot.take() == [stand, ("set_axis", "pan", 0.5, 1), stand]
 
 
-def test_letting_go_is_a_set_point_of_standstill(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_letting_go_is_a_set_point_of_standstill(
+    safe_driver: SafeDriver, robot: FakeDriver
+) -> None:
     """Motion that the operator ends needs no stop, just standstill."""
     safe_driver.steer(Setpoint(AHEAD), 1)
     safe_driver.steer(Setpoint(), 1)
@@ -114,7 +80,7 @@ def test_letting_go_is_a_set_point_of_standstill(safe_driver: SafeDriver, robot:
 
 
 def test_motion_that_ends_with_a_reason_ends_with_a_stop(
-    safe_driver: SafeDriver, robot: Robot
+    safe_driver: SafeDriver, robot: FakeDriver
 ) -> None:
     """A soft stop ends with one `Driver.stop`, at standstill and not before."""
     slow = Twist(0.1, 0.0)
@@ -129,7 +95,7 @@ def test_motion_that_ends_with_a_reason_ends_with_a_stop(
     ]
 
 
-def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: FakeDriver) -> None:
     """Lending stops the robot once, even if the reason changes or nothing was lent."""
     safe_driver.lend(None, 1)
     assert robot.take() == []
@@ -144,7 +110,9 @@ def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: Robot) -> 
     assert robot.take() == [("stop", 1)]
 
 
-def test_whether_a_lent_robot_moves_is_not_known(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_whether_a_lent_robot_moves_is_not_known(
+    safe_driver: SafeDriver, robot: FakeDriver
+) -> None:
     """While the driver is lent it is unknown whether the robot moves."""
     robot.now = RobotState(connected=True, epoch=1, moving=True)
     safe_driver.check(1)
@@ -154,7 +122,9 @@ def test_whether_a_lent_robot_moves_is_not_known(safe_driver: SafeDriver, robot:
     assert safe_driver.state.moving is None
 
 
-def test_a_robot_that_does_not_answer_is_stopped(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_a_robot_that_does_not_answer_is_stopped(
+    safe_driver: SafeDriver, robot: FakeDriver
+) -> None:
     """Whatever raises, the robot is stopped, counted, and not known to move."""
     robot.now = RobotState(connected=True, epoch=1, moving=True)
     safe_driver.check(1)
@@ -169,18 +139,20 @@ def test_a_robot_that_does_not_answer_is_stopped(safe_driver: SafeDriver, robot:
     robot.broken = {"apply"}
     with capture_logs():
         assert safe_driver.steer(Setpoint(AHEAD), 1) == NO_ANSWER
-    assert robot.take() == [("stop", 1)]
+    assert robot.take() == [("apply", AHEAD, 1), ("stop", 1)]
     assert safe_driver.failures == 2
 
 
-def test_what_a_driver_may_not_return_is_no_state(safe_driver: SafeDriver, robot: Robot) -> None:
+def test_what_a_driver_may_not_return_is_no_state(
+    safe_driver: SafeDriver, robot: FakeDriver
+) -> None:
     """A driver that returns no valid state counts as not answering."""
     robot.now = None  # type: ignore[assignment]  # somebody's driver
     with capture_logs():
         assert safe_driver.check(1) == NO_ANSWER
 
 
-def test_a_failure_is_logged_once_until_all_is_well(robot: Robot) -> None:
+def test_a_failure_is_logged_once_until_all_is_well(robot: FakeDriver) -> None:
     """A failure is logged once, and again only after the robot has worked in between."""
     safe_driver = SafeDriver(robot)
     with capture_logs() as logs:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 from tests.control.rules import VOUCHED
 from tests.heard_events import Heard
+from tests.idle_robot import IdleRobot
 from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
@@ -57,7 +58,7 @@ OFFER = "\n".join(
 )
 
 
-class Robot:
+class Robot(IdleRobot):
     """A driver that records what it is told."""
 
     kind = "noted"
@@ -71,20 +72,14 @@ class Robot:
         self.gauges: dict[str, float] = {}
         self.ttl_s: float | None = None
 
-    def open(self) -> None: ...
-
     def apply(self, twist: Twist, turn: int) -> None:
         self.told.append(twist)
-
-    def set_axis(self, name: str, position: float, turn: int) -> None: ...
 
     def control(self, name: str, value: ControlValue, turn: int) -> None:
         self.told.append((name, value))
 
     def stop(self, turn: int) -> None:
         self.told.append("stop")
-
-    def close(self) -> None: ...
 
     def state(self) -> RobotState:
         if self.is_broken:

@@ -7,6 +7,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tests.idle_robot import IdleRobot
+
 from wax.driver.hand import HandReading
 from wax.driver.interface import Limits, RobotState
 
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import ControlValue, Twist
 
 
-class Recorder:
+class Recorder(IdleRobot):
     """Appends a line for each call to the file that is configured as its port."""
 
     kind = "recorder"

@@ -9,6 +9,7 @@ import signal
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.idle_robot import IdleRobot
 
 from wax.config.controls import ControlSettings
 from wax.config.local import LocalSettings
@@ -53,10 +54,9 @@ class Time:
         return 0
 
 
-class Robot:
+class Robot(IdleRobot):
     """Records its calls; its hand control is at rest."""
 
-    kind = "noted"
     limits = LIMITS
 
     def __init__(self) -> None:
@@ -69,8 +69,6 @@ class Robot:
 
     def apply(self, twist: Twist, turn: int) -> None:
         self.told.append("stand" if twist.is_zero else "drive")
-
-    def set_axis(self, name: str, position: float, turn: int) -> None: ...
 
     def stop(self, turn: int) -> None:
         self.told.append("stop")
