@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.access.keyring import MAX_TOKEN_CHARS, Keyring
+from wax.access.keyring import Keyring
 from wax.errors import ForbiddenError
+from wax.protocol.http_bodies import MAX_TOKEN_CHARS
 
 SECRET = b"s" * 32
 

@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 from tests.rtc.steps import counted
 
 from wax.errors import SignallingError
+from wax.protocol.http_bodies import MAX_SDP_CHARS
 from wax.rtc.rtp import PLAYOUT_DELAY, TRANSPORT_SEQUENCE
-from wax.rtc.signalling import MAX_SDP_CHARS, clean_offer, is_firefox, lacking, pictures, takes
+from wax.rtc.signalling import clean_offer, is_firefox, lacking, pictures, takes
 from wax.sentence import Sentence
 from wax.streams.interface import Codecs
 

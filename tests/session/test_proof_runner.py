@@ -15,7 +15,8 @@ from tests.examples import at_length
 from wax.commands.proof.verdict import FAULTS
 from wax.control.stop_latch import LatchedStop
 from wax.errors import ForbiddenError
-from wax.sentence import read, says
+from wax.protocol.http_bodies import ProofProgress
+from wax.sentence import says
 from wax.session import proof_runner as proving_module
 from wax.session.proof_runner import LENT, STOPPED, ProofRunner
 
@@ -69,23 +70,23 @@ async def proving(robot: Robot, tmp_path: Path) -> AsyncIterator[ProofRunner]:
     await made.stop()
 
 
-async def _ended(proving: ProofRunner) -> dict[str, object]:
+async def _ended(proving: ProofRunner) -> ProofProgress:
     async with asyncio.timeout(50):  # a busy machine takes half of it to start a program
-        while proving.progress()["state"] == "running":  # noqa: ASYNC110  # as the page asks
+        while proving.progress().state == "running":  # noqa: ASYNC110  # as the page asks
             await asyncio.sleep(0.05)
     return proving.progress()
 
 
 async def test_the_robot_is_released_and_taken_back(proving: ProofRunner, robot: Robot) -> None:
     """Nobody drives meanwhile; if nothing can be proved, the host reads why and can go on."""
-    assert proving.progress() == {"state": "never", "line": None, "record": None}
+    assert proving.progress() == ProofProgress(state="never", line=None, record=None)
     await proving.start()
     with pytest.raises(ForbiddenError, match="already"):
         await proving.start()
     told = await _ended(proving)
-    assert told["state"] == "failed"
-    assert "simulated" in str(read(told["line"]))
-    assert told["record"] is None
+    assert told.state == "failed"
+    assert "simulated" in str(told.line)
+    assert told.record is None
     assert robot.told == [LENT, "close", "open", None]
     with pytest.raises(ForbiddenError, match="no record"):
         proving.record()
@@ -133,8 +134,7 @@ async def test_the_page_claims_no_more_than_the_record(
     )
     await proving.start()
     told = await _ended(proving)
-    told["line"] = str(read(told["line"]))
-    assert told == {"state": state, "line": sentence, "record": "api/proof/record"}
+    assert (told.state, str(told.line), told.record) == (state, sentence, "api/proof/record")
     assert f">{sentence}</p>" in unescape(proving.record())
     assert robot.told == [LENT, "close", "open", None]
 
@@ -190,7 +190,7 @@ async def test_a_stop_breaks_the_proof_off(
     robot.latched = LatchedStop(1, says("Ada"))
     assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGTERM
     told = await _ended(proving)
-    assert (told["state"], told["line"]) == ("failed", STOPPED.wire())
+    assert (told.state, told.line) == ("failed", STOPPED)
     with pytest.raises(ForbiddenError, match="release the stop first"):
         await proving.start()
     robot.latched = None

@@ -28,6 +28,7 @@ from wax.config.page import PageSettings
 from wax.config.relay import RelaySettings
 from wax.config.server import ServerSettings
 from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError, StartError
+from wax.protocol.http_bodies import ProofProgress
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
@@ -137,8 +138,8 @@ class Lent:
     async def start(self) -> None:
         self.started += 1
 
-    def progress(self) -> dict[str, object]:
-        return {"state": "never", "line": None, "record": None}
+    def progress(self) -> ProofProgress:
+        return ProofProgress(state="never", line=None, record=None)
 
     def record(self) -> str:
         if self.page is None:

@@ -8,6 +8,7 @@ import sys
 from functools import cache
 from typing import Any, get_args
 
+from wax.access.permissions import PERMISSIONS
 from wax.protocol import messages, room_change, tape_events
 from wax.web import schema as described
 
@@ -24,8 +25,9 @@ def members(union: Any) -> set[str]:
 def test_every_message_is_described() -> None:
     """Each message of each channel and direction has a definition of its own."""
     made = schema()
-    assert set(made["properties"]) == {"DriveIn", "DriveOut", "StateIn", "StateOut"}
-    names = set().union(*(members(getattr(messages, name)) for name in made["properties"]))
+    channels = ("DriveIn", "DriveOut", "StateIn", "StateOut")
+    assert set(made["properties"]) == {*channels, "Bodies", "Answers"}
+    names = set().union(*(members(getattr(messages, name)) for name in channels))
     assert len(names) == 46
     assert names <= set(made["$defs"])
 
@@ -37,6 +39,15 @@ def test_what_the_server_writes_is_all_required() -> None:
         definition = definitions[name]
         absent = set(room_change.PARTS) if name == "RoomChange" else set()
         assert set(definition["required"]) == set(definition["properties"]) - absent, name
+
+
+def test_every_body_of_a_request_is_described() -> None:
+    """The page's types know what it posts to each route, and what it is answered there."""
+    posted = {act for act in PERMISSIONS if isinstance(act, str) and act.startswith("POST /")}
+    made = schema()["properties"]
+    assert {f"POST /{path}" for path in made["Bodies"]["properties"]} == posted
+    assert set(made["Answers"]["required"]) == {*made["Bodies"]["required"], "api/ice"}
+    assert schema()["$defs"]["OfferAnswer"]["required"] == ["sdp"]
 
 
 def test_fields_keep_their_docstrings() -> None:

@@ -44,7 +44,7 @@ const { constants, sentences, ...schema } = JSON.parse(askServer());
 const values = Object.entries(constants).map(
   ([name, value]) => `export const ${name} = ${JSON.stringify(value)} as const;\n`,
 );
-const banner = "/* Made by `npm run types` from server/wax/protocol/messages.py; do not edit. */";
+const banner = "/* Made by `npm run types` from server/wax/protocol; do not edit. */";
 const defaults = Object.entries(schema.$defs).flatMap(([name, { properties = {} }]) => {
   const known = Object.entries(properties).filter(([, field]) => "default" in field);
   if (known.length === 0) return [];

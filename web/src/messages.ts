@@ -29,6 +29,10 @@ export type HostAct = Exclude<
   SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received
 >;
 export type StateOut = Messages["StateOut"];
+/** What the page posts, by path. */
+export type Bodies = Messages["Bodies"];
+/** What the server answers, by path, if it does what was asked. */
+export type Answers = Messages["Answers"];
 
 /** The two data channels, both opened by the page. */
 export type Channel = "drive" | "state";

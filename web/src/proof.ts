@@ -1,14 +1,9 @@
 /** Starts and polls the proof of the stop; its view: `view/ProofPanel.tsx`. */
 
-import { type Answer, ask, post } from "./link/http";
-import type { Sentence } from "./messages";
+import { ask, post } from "./link/http";
+import type { Answers } from "./messages";
 
-/** The progress of the proof of the stop; `line` describes its current step, `record` is a path. */
-export interface Proof {
-  state: "never" | "running" | "done" | "failed";
-  line: Sentence | null;
-  record: string | null;
-}
+export type Proof = Answers["api/proof"];
 
 export interface ProverOptions {
   tell: (proof: Proof) => void;
@@ -36,10 +31,10 @@ export class Prover {
     await this.#tell(() => ask(PATH));
   }
 
-  async #tell(request: () => Promise<Answer>): Promise<void> {
+  async #tell(request: () => Promise<Proof>): Promise<void> {
     clearTimeout(this.#timer);
     try {
-      const proof = (await request()) as unknown as Proof;
+      const proof = await request();
       this.#isRunning = proof.state === "running";
       this.options.tell(proof);
     } catch (error) {

@@ -18,9 +18,10 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.access.admission import Grant
-    from wax.access.keyring import Invitation, Purpose
+    from wax.access.keyring import Invitation
     from wax.clock import Clock
     from wax.config.access import AccessSettings
+    from wax.protocol.http_bodies import Purpose
     from wax.records.records import Records
 
 

@@ -15,9 +15,9 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from wax.access.keyring import Purpose
     from wax.config.access import AccessSettings
     from wax.config.opening_hours import OpeningHours
+    from wax.protocol.http_bodies import Purpose
 
 BAN_S: Final = 86_400.0
 BY_INVITATION: Final = Sentence("door.by_invitation")

@@ -9,19 +9,19 @@ from __future__ import annotations
 import hashlib
 import secrets
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from itsdangerous import BadData, Signer, URLSafeSerializer
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from wax.errors import ForbiddenError
+from wax.protocol.http_bodies import MAX_TOKEN_CHARS, Purpose
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 SECRET_BYTES: Final = 32
-MAX_TOKEN_CHARS: Final = 512
 _AHEAD_S: Final = 300.0
 """The server's clock may be set back this far after an invitation was made."""
 
@@ -29,8 +29,6 @@ _BOUND: Final = "~"
 """The prefix of an identity that is valid only in a cookie that no other site can set."""
 
 _SIGNED_BY: Final[dict[str, Any]] = {"key_derivation": "hmac", "digest_method": hashlib.sha256}
-
-Purpose = Literal["watch", "queue"]
 
 
 class _Signed(BaseModel):

@@ -13,6 +13,7 @@ import hmac
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.named_file import told_secret
+from wax.protocol.http_bodies import IceAnswer, IceServer
 
 if TYPE_CHECKING:
     from wax.config.network import NetworkSettings
@@ -36,16 +37,16 @@ class IceServers:
         """Whether browsers must use the relay."""
         return self._relay.only
 
-    def for_page(self, viewer_id: str, wall_s: float) -> dict[str, Any]:
+    def for_page(self, viewer_id: str, wall_s: float) -> IceAnswer:
         """Return what the page needs before it connects; see `for_viewer`.
 
         The one port checks no candidates, so the page need not wait to gather its own.
         """
-        return {
-            "iceServers": self.for_viewer(viewer_id, wall_s),
-            "relayOnly": self.relay_only,
-            "wantsCandidates": self._wants_candidates,
-        }
+        return IceAnswer(
+            iceServers=[IceServer(**one) for one in self.for_viewer(viewer_id, wall_s)],
+            relayOnly=self.relay_only,
+            wantsCandidates=self._wants_candidates,
+        )
 
     def for_viewer(self, viewer_id: str, wall_s: float) -> list[dict[str, Any]]:
         """Return the servers as browsers expect them; `viewer_id` is for the TURN server's log.

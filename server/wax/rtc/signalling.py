@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.config.camera import MAX_CAMERAS
 from wax.errors import SignallingError
+from wax.protocol.http_bodies import MAX_SDP_CHARS
 from wax.rtc.candidates import without_unwanted
 from wax.rtc.essential_lines import OURS, essential, whole_number
 from wax.sentence import Sentence
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from wax.streams.interface import Codecs
-
-MAX_SDP_CHARS: Final = 32_768
 
 _MAX_LINES: Final = 512
 """Current browsers write 100 to 300, with all their codecs."""

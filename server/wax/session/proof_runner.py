@@ -11,12 +11,13 @@ import contextlib
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 import structlog
 
 from wax import folders
 from wax.errors import ForbiddenError
+from wax.protocol.http_bodies import ProofProgress, ProofState
 from wax.sentence import Sentence, read, says
 
 if TYPE_CHECKING:
@@ -36,8 +37,6 @@ _END_S: Final = 5.0
 NOT_ALL: Final = 3
 """The proof's exit status if every stop was in time, but not everything could be cut."""
 
-State = Literal["never", "running", "done", "failed"]
-
 
 class ProofRunner:
     """One proof at a time; `driver` is closed for it and opened again."""
@@ -54,7 +53,7 @@ class ProofRunner:
         self._driver = driver
         self._config_path = config_path
         self._changed = changed
-        self._state: State = "never"
+        self._state: ProofState = "never"
         self._line: Sentence | None = None
         self._record: str | None = None
         self._task: asyncio.Task[None] | None = None
@@ -62,11 +61,10 @@ class ProofRunner:
         self._is_ending = False
         self._is_asked = False  # whether the process was told to end
 
-    def progress(self) -> dict[str, object]:
+    def progress(self) -> ProofProgress:
         """Return the progress, and the path of the newest record."""
         record = None if self._record is None else "api/proof/record"
-        line = None if self._line is None else self._line.wire()
-        return {"state": self._state, "line": line, "record": record}
+        return ProofProgress(state=self._state, line=self._line, record=record)
 
     def record(self) -> str:
         """Return the newest record as HTML; raises `ForbiddenError` if there is none."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import secrets
 import zlib
 from contextlib import contextmanager
@@ -12,16 +11,14 @@ from functools import partial
 from html import escape
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import structlog
 from aiohttp import web
-from pydantic import BaseModel, ConfigDict, Field
 
 from wax.access import permissions
 from wax.access.access import Shown
 from wax.access.admission import Visitor
-from wax.access.keyring import MAX_TOKEN_CHARS
 from wax.errors import (
     HTTP_STATUS,
     ForbiddenError,
@@ -35,8 +32,22 @@ from wax.errors import (
     WaxError,
 )
 from wax.protocol import foreign_json
-from wax.protocol.messages import Counter
-from wax.rtc.signalling import MAX_SDP_CHARS
+from wax.protocol.http_bodies import (
+    MAX_BODY_BYTES,
+    Done,
+    EntryAnswer,
+    EntryBody,
+    HostLink,
+    Lifted,
+    OfferAnswer,
+    OfferBody,
+    QueueBody,
+    RequestBody,
+    SeatBody,
+    StopAnswer,
+    StopPress,
+    StopRelease,
+)
 from wax.sentence import Sentence, says
 from wax.token_bucket import TokenBuckets
 from wax.web import cookies
@@ -51,6 +62,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Iterator, Mapping
 
     from aiohttp.typedefs import Middleware
+    from pydantic import BaseModel
 
     from wax.access.access import Access
     from wax.clock import Clock
@@ -65,9 +77,6 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-MAX_BODY_BYTES: Final = 65_536
-_SMALL_BYTES: Final = 2048
-"""The limit of every body but an offer's."""
 _LONGEST_QUERY: Final = 1024
 """The limit of a question about a link; ours is shorter than 300."""
 _GZIP: Final = 16
@@ -95,77 +104,9 @@ _TAB: Final = "WAX-Tab"
 """The header that lets a page press Stop if its browser allows no cookie."""
 
 PAGE: Final = Path(__file__).parent / "dist"
-Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
-"""A secret that tells a tab from its browser's others; alone, it admits nobody. It identifies a
-page without a cookie, to watch in another site's frame or to press Stop."""
 
 
-class _Asked(BaseModel):
-    """A JSON body of at most `most_bytes`."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
-    most_bytes: ClassVar[int] = _SMALL_BYTES
-
-
-_Body = TypeVar("_Body", bound=_Asked)
-
-
-class OfferBody(_Asked):
-    """A page's session description, and its tab."""
-
-    most_bytes = MAX_BODY_BYTES
-    sdp: Annotated[str, Field(min_length=1, max_length=MAX_SDP_CHARS)]
-    client: Client
-
-
-class HostLink(_Asked):
-    """The secret of a host link."""
-
-    secret: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
-
-
-class EntryBody(_Asked):
-    """An invitation's token."""
-
-    token: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
-
-
-class Queue(_Asked):
-    """What a page in a LiveKit room wants: to join the queue, leave it, or keep its place.
-
-    The server cuts `name`, as in the message of that name.
-    """
-
-    client: Client
-    wants: Literal["join", "leave", "here", "stay"]
-    name: Annotated[str, Field(max_length=200)] | None = None
-
-
-class SeatBody(_Asked):
-    """A tab that wants to watch in a LiveKit room, or to go on there; or that `leaves`."""
-
-    client: Client
-    leaves: bool = False
-
-
-class StopPress(_Asked):
-    """A press of Stop, and its tab if the request names one; as `messages.Stop`."""
-
-    client: Client | None = None
-    press: Counter | None = None
-
-
-class StopRelease(_Asked):
-    """Which stop to release, and the tab that does."""
-
-    client: Client | None = None
-    stop: Counter
-
-
-class Lifted(_Asked):
-    """The host's confirmation that the wheels are off the floor."""
-
-    lifted: Literal[True]
+_Body = TypeVar("_Body", bound=RequestBody)
 
 
 class Routes:
@@ -297,13 +238,13 @@ class Routes:
     async def ice(self, request: web.Request) -> web.Response:
         self._access.admit(request[_VISITOR])  # a relay costs traffic: it is for viewers only
         told = self._ice.for_page(secrets.token_hex(4), self._clock.wall_ms() / 1000)
-        return web.json_response(told)
+        return _json(told)
 
     async def become_host(self, request: web.Request) -> web.Response:
         secret = (await _body(request, HostLink)).secret
         with self._limiting_failures(request):
             cookie = self._access.become_host(secret)
-        response = web.json_response({"ok": True})
+        response = _json(Done())
         cookies.set_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
         return response
@@ -313,7 +254,7 @@ class Routes:
         response, identity = self._identified(request)
         with self._limiting_failures(request):
             invitation = self._access.enter(token, identity)
-        response.text = json.dumps({"purpose": invitation.purpose})
+        response.text = EntryAnswer(purpose=invitation.purpose).model_dump_json()
         return response
 
     async def offer(self, request: web.Request) -> web.Response:
@@ -329,7 +270,7 @@ class Routes:
             response.text = seat.model_dump_json()
             return response
         # The host's page says more about why a connection fails.
-        response.text = json.dumps({"sdp": answer} | ({"host": True} if visitor.is_host else {}))
+        response.text = OfferAnswer(sdp=answer, host=visitor.is_host).model_dump_json()
         response.enable_compression()
         if visitor.is_host:
             self._renew(request, response)
@@ -345,13 +286,13 @@ class Routes:
         known_by = hashlib.sha256(offer.client.encode()).hexdigest()
         visitor = Visitor(f"embed {known_by}", request[_VISITOR].address, is_embed=True)
         answer = await self._room.answer(visitor, "", offer.sdp)
-        response = web.json_response({"sdp": answer})
+        response = _json(OfferAnswer(sdp=answer))
         response.enable_compression()
         return response
 
     async def queue(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
-        queue = await _body(request, Queue)
+        queue = await _body(request, QueueBody)
         response, identity = self._identified(request)
         visitor = replace(request[_VISITOR], identity=identity)
         line = self._room.rooms.queue(visitor, queue.client, queue.wants, queue.name)
@@ -372,20 +313,20 @@ class Routes:
     async def stop(self, request: web.Request) -> web.Response:
         press = await _body(request, StopPress)
         number = self._room.stop_by(request[_VISITOR], press.client, press.press)
-        return web.json_response({"stop": number})
+        return _json(StopAnswer(stop=number))
 
     async def release(self, request: web.Request) -> web.Response:
         release = await _body(request, StopRelease)
         self._room.release_by(request[_VISITOR], release.client, release.stop)
-        return web.json_response({"ok": True})
+        return _json(Done())
 
     async def prove(self, request: web.Request) -> web.Response:
         await _body(request, Lifted)
         await self._proof_runner.start()
-        return web.json_response(self._proof_runner.progress(), status=202)
+        return _json(self._proof_runner.progress(), status=202)
 
     async def proof(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
-        return web.json_response(self._proof_runner.progress())
+        return _json(self._proof_runner.progress())
 
     async def record(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         text = self._proof_runner.record()
@@ -496,6 +437,11 @@ class Routes:
             " start with --https",
             sender=seen.sender,
         )
+
+
+def _json(answer: BaseModel, status: int = 200) -> web.Response:
+    text = answer.model_dump_json()
+    return web.Response(text=text, status=status, content_type="application/json")
 
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:

@@ -1,4 +1,4 @@
-"""Print what the page is built from: the JSON Schema of every message, constants and sentences.
+"""Print what the page is built from: a JSON Schema of messages and bodies, constants, sentences.
 
 ``python -m wax.web.schema`` needs only pydantic: the page is built before WAX is installed.
 """
@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
 from wax.field_docs import field_docs
-from wax.protocol import messages, robot_report, room_change, tape_events
+from wax.protocol import http_bodies, messages, robot_report, room_change, tape_events
 from wax.sentence import CATALOGUE
 
 if TYPE_CHECKING:
@@ -26,6 +26,11 @@ _CHANNELS: Final[dict[str, JsonSchemaMode]] = {
     "StateOut": "serialization",
 }
 """What the page sends is described for validation, what it receives for serialisation."""
+
+_HTTP: Final[dict[str, tuple[dict[str, Any], JsonSchemaMode]]] = {
+    "Bodies": (http_bodies.BODIES, "validation"),
+    "Answers": (http_bodies.ANSWERS, "serialization"),
+}
 
 _REPLAYED: Final = (tape_events.TapeListing, tape_events.TapeContent)
 """What `wax replay` sends its page; not messages, so only in ``$defs``."""
@@ -51,6 +56,8 @@ class _ForThePage(GenerateJsonSchema):
 def schema() -> dict[str, Any]:
     """Return one schema: a property for each channel and direction, the messages in ``$defs``.
 
+    ``Bodies`` and ``Answers`` have a property for each path that the page asks for.
+
     Beyond JSON Schema it has ``constants``, values of `messages` that the page needs, too, and
     ``sentences``, the server's English texts by their codes.
     """
@@ -58,6 +65,11 @@ def schema() -> dict[str, Any]:
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
     ]
     adapters += [(one.__name__, "serialization", TypeAdapter[Any](one)) for one in _REPLAYED]
+    adapters += [
+        (f"{name} {path}", mode, TypeAdapter[Any](body))
+        for name, (bodies, mode) in _HTTP.items()
+        for path, body in bodies.items()
+    ]
     unions, shared = TypeAdapter.json_schemas(adapters, schema_generator=_ForThePage)
     # The only message whose parts may be absent.
     change = shared["$defs"]["RoomChange"]
@@ -65,17 +77,23 @@ def schema() -> dict[str, Any]:
     for name in room_change.PARTS:
         change["properties"][name].pop("default", None)
     _describe(shared["$defs"])
+    http = {
+        name: _object({path: unions[f"{name} {path}", mode] for path in bodies})
+        for name, (bodies, mode) in _HTTP.items()
+    }
     return {
         "title": "Messages",
-        "description": "The messages on the data channels, by channel and direction.",
-        "type": "object",
-        "properties": {name: unions[name, mode] for name, mode in _CHANNELS.items()},
-        "required": list(_CHANNELS),
+        "description": "What page and server exchange: by data channel and direction, by path.",
+        **_object({name: unions[name, mode] for name, mode in _CHANNELS.items()} | http),
         "$defs": shared["$defs"],
         "constants": {name: getattr(messages, name) for name in _CONSTANTS}
         | {"ROBOT_NUMBERS": _numbers()},
         "sentences": CATALOGUE,
     }
+
+
+def _object(properties: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "object", "properties": properties, "required": list(properties)}
 
 
 def _numbers() -> list[dict[str, Any]]:
@@ -89,7 +107,7 @@ def _numbers() -> list[dict[str, Any]]:
 
 def _describe(definitions: dict[str, Any]) -> None:
     """Add the fields' docstrings as descriptions; the server itself need not read its source."""
-    for module in (messages, tape_events):
+    for module in (http_bodies, messages, tape_events):
         for name, definition in definitions.items():
             texts = field_docs(getattr(module, name, object))
             for field, said in definition.get("properties", {}).items():

@@ -15,6 +15,7 @@ from wax.control.gate import Command
 from wax.driver.interface import Twist
 from wax.errors import ProtocolError, SignallingError
 from wax.protocol import messages
+from wax.protocol.http_bodies import OfferBody
 from wax.rtc.signalling import clean_offer
 from wax.session.viewer import command_of
 from wax.web import routes
@@ -78,7 +79,7 @@ def _hear(channel: Channel, data: bytes) -> None:
 
 def _hear_offer(data: bytes) -> None:
     try:
-        body = routes.parsed(data, routes.OfferBody, is_packed=data.startswith(_GZIP))
+        body = routes.parsed(data, OfferBody, is_packed=data.startswith(_GZIP))
         clean_offer(body.sdp)
     except (ProtocolError, SignallingError, web.HTTPRequestEntityTooLarge):
         pass

@@ -1,7 +1,7 @@
 /** HTTP requests to the server, with errors as sentences for users. */
 
 import { isFramed } from "../framed";
-import type { Ended, Opening } from "../messages";
+import type { Answers, Bodies, Ended, Opening } from "../messages";
 import { isSentence, ours, type Saying, said, says } from "../words/said";
 
 /** The server refused (`isRefusal`) or did not answer. */
@@ -23,12 +23,16 @@ export class RequestError extends Error {
 export const JSON_TYPE = { "Content-Type": "application/json" };
 
 /** Posts JSON and returns the JSON answer; throws `RequestError`. */
-export function post(path: string, body: object, init: RequestInit = {}): Promise<Answer> {
+export function post<P extends keyof Bodies>(
+  path: P,
+  body: Bodies[P],
+  init: RequestInit = {},
+): Promise<Answer<P>> {
   return ask(path, { method: "POST", headers: JSON_TYPE, body: JSON.stringify(body), ...init });
 }
 
 /** A request with a long JSON body, compressed where the browser can do that. */
-export async function packed(body: object): Promise<RequestInit> {
+export async function packed(body: Bodies["api/offer"]): Promise<RequestInit> {
   const text = JSON.stringify(body);
   if (typeof CompressionStream === "undefined")
     return { method: "POST", headers: JSON_TYPE, body: text };
@@ -37,7 +41,10 @@ export async function packed(body: object): Promise<RequestInit> {
   return { method: "POST", headers, body: await new Response(bytes).blob() };
 }
 
-export type Answer = Record<string, unknown>;
+/** What our server answers at this path; a captive portal may answer anything. */
+export type Answer<P extends string> = P extends keyof Answers
+  ? Answers[P]
+  : Record<string, unknown>;
 
 /** When a request was sent and when its answer arrived, by the page's clock. */
 export interface Asked {
@@ -46,14 +53,14 @@ export interface Asked {
 }
 
 /** Returns the answer with the times of request and answer. */
-export async function timed(asking: Promise<Answer>): Promise<Answer & Asked> {
+export async function timed<A>(asking: Promise<A>): Promise<A & Asked> {
   const sentMs = performance.now();
   const answer = await asking;
   return { ...answer, sentMs, receivedMs: performance.now() };
 }
 
 /** Requests the JSON object at this path; throws `RequestError`. */
-export async function ask(path: string, init: RequestInit = {}): Promise<Answer> {
+export async function ask<P extends string>(path: P, init: RequestInit = {}): Promise<Answer<P>> {
   let response: Response;
   try {
     // In a frame on another site cookies are not used, even where the browser would send them.

@@ -101,14 +101,14 @@ export class Peer {
       ]);
       if (signal.aborted) return;
       this.events.reached();
-      const { servers, relayOnly } = ice;
-      if (servers.length > 0) {
+      const { iceServers, relayOnly } = ice;
+      if (iceServers.length > 0) {
         const iceTransportPolicy = relayOnly ? "relay" : "all";
-        pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers, iceTransportPolicy });
+        pc.setConfiguration({ ...pc.getConfiguration(), iceServers, iceTransportPolicy });
       }
       await this.#does("setLocalDescription", this.#offer(offer));
       // Without ICE servers there is nothing to wait for: our checks tell the server our address.
-      if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
+      if (iceServers.length > 0 && ice.wantsCandidates) await gathered(pc);
       const request = await offerOf(pc.localDescription?.sdp ?? "", client);
       await mayOffer;
       if (signal.aborted) return;

@@ -66,10 +66,10 @@ it("continues without ICE servers if that request is refused, but not without a 
     200,
     '{"iceServers": [{"urls": "stun:example.org"}], "relayOnly": true, "wantsCandidates": true}',
   );
-  const servers = [{ urls: "stun:example.org" }];
-  expect(await askIce(signal)).toEqual({ servers, relayOnly: true, wantsCandidates: true });
+  const iceServers = [{ urls: "stun:example.org" }];
+  expect(await askIce(signal)).toEqual({ iceServers, relayOnly: true, wantsCandidates: true });
   answer(404, "");
-  const none = { servers: [], relayOnly: false, wantsCandidates: false };
+  const none = { iceServers: [], relayOnly: false, wantsCandidates: false };
   expect(await askIce(signal)).toEqual(none);
   vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
   await expect(askIce(signal)).rejects.toThrow("The server cannot be reached.");

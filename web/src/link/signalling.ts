@@ -1,22 +1,13 @@
 /** The HTTP requests that set up a connection. */
 
 import { isFramed } from "../framed";
-import type { SentToRoom } from "../messages";
+import type { Answers, SentToRoom } from "../messages";
 import { ours } from "../words/said";
 import { type Asked, ask, packed, RequestError, timed } from "./http";
 
 const GATHERING_MS = 2000;
 /** A relay candidate takes the most round trips; after it, no others are worth waiting for. */
 const AFTER_RELAY_MS = 200;
-
-/** The STUN and TURN servers that the host configured. */
-export interface Ice {
-  servers: RTCIceServer[];
-  /** Only the relay may be used, even where a direct connection is possible. */
-  relayOnly: boolean;
-  /** Whether the server needs the offer's candidates, which take a moment to gather. */
-  wantsCandidates: boolean;
-}
 
 /** The answer to an offer, and whether the server takes this page for the host's. */
 export interface Answered {
@@ -27,7 +18,9 @@ export interface Answered {
 /** Where to watch instead, with the times of request and answer. */
 export type Sent = SentToRoom & Asked;
 
-const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
+type Ice = Answers["api/ice"];
+
+const NO_ICE: Ice = { iceServers: [], relayOnly: false, wantsCandidates: false };
 
 /**
  * Requests the ICE servers, none unless configured; throws `RequestError` if the server cannot be
@@ -36,8 +29,7 @@ const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
  */
 export async function askIce(signal: AbortSignal): Promise<Ice> {
   try {
-    const { iceServers, ...rest } = await ask("api/ice", { signal });
-    return { servers: iceServers, ...rest } as unknown as Ice;
+    return await ask("api/ice", { signal });
   } catch (error) {
     if (!(error instanceof RequestError)) throw error;
     if (!error.isRefusal || error.ended || error.retryAfterMs !== null) throw error;
@@ -56,8 +48,9 @@ export async function postOffer(
   signal: AbortSignal,
 ): Promise<Answered | Sent> {
   const answer = await timed(ask(isFramed() ? "api/embed" : "api/offer", { ...request, signal }));
-  if (typeof answer.sdp === "string") return { sdp: answer.sdp, isForHost: answer.host === true };
-  if (answer.type === "sent_to_room") return answer as unknown as Sent;
+  if ("type" in answer && answer.type === "sent_to_room") return answer;
+  if ("sdp" in answer && typeof answer.sdp === "string")
+    return { sdp: answer.sdp, isForHost: answer.host === true };
   throw new RequestError(ours("link.no_description"), true);
 }
 

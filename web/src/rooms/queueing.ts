@@ -1,8 +1,8 @@
 import { post, timed } from "../link/http";
 import type { Sent } from "../link/signalling";
-import type { ViewerInfo } from "../messages";
+import type { Bodies, ViewerInfo } from "../messages";
 
-export type Wants = "join" | "leave" | "here" | "stay";
+export type Wants = Bodies["api/queue"]["wants"];
 
 const ASK_MS = 5000;
 
@@ -14,13 +14,13 @@ const ASK_MS = 5000;
 export async function postQueue(client: string, wants: Wants, name: string): Promise<ViewerInfo> {
   const signal = AbortSignal.timeout(ASK_MS);
   const body = { client, wants, ...(name && { name }) };
-  return (await post("api/queue", body, { signal })) as unknown as ViewerInfo;
+  return await post("api/queue", body, { signal });
 }
 
 /** Renews this page's seat in the LiveKit rooms; returns fresh tokens. Throws `RequestError`. */
 export async function postSeat(client: string): Promise<Sent> {
   const signal = AbortSignal.timeout(ASK_MS);
-  return (await timed(post("api/seat", { client }, { signal }))) as unknown as Sent;
+  return await timed(post("api/seat", { client }, { signal }));
 }
 
 /** Gives the seat back; the request survives the page being closed. */
