@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from wax.control.loop_timer import LoopTimer
+from wax.control.loop_timer import BOUNDS_MS, Lateness, LoopTimer
 
 
 def test_schedule_does_not_drift() -> None:
@@ -119,3 +119,13 @@ def test_of_few_beats_the_latest_counts() -> None:
     beat.is_too_late(10.0)
     beat.is_too_late(10.025)
     assert beat.jitter_p99_ms == pytest.approx(5.0)
+
+
+def test_lateness_falls_into_its_bucket() -> None:
+    """Each bucket includes its bound, and the last one counts everything beyond."""
+    lateness = Lateness()
+    for bound_ms in BOUNDS_MS:
+        lateness.add(bound_ms / 1000)
+    lateness.add(10.0)
+    assert lateness.counts == [1] * (len(BOUNDS_MS) + 1)
+    assert lateness.sum_s == pytest.approx(sum(BOUNDS_MS) / 1000 + 10)

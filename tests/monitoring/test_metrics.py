@@ -14,7 +14,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from tests.turned_clock import TurnedClock
 
 from wax.config.metrics import MetricSettings
-from wax.control.lateness import Lateness
+from wax.control.loop_timer import Lateness
 from wax.control.picture_clock import PictureClock
 from wax.errors import StartError
 from wax.monitoring.listener import MetricsListener

@@ -27,7 +27,6 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "command": _GATE,
     "command_freshness": ("test_command_freshness", *_GATE),
     "gate": ("test_picture_clock", *_GATE),
-    "lateness": ("test_lateness",),
     "local_hand": ("test_local_hand", "test_local_hand_properties"),
     "loop": _LOOP,
     "loop_timer": ("test_loop_timer", *_LOOP),
@@ -65,7 +64,7 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "session/stop_budget": (
         *("session/test_stop_budget", "session/test_session_rooms", "session/test_house_acts"),
     ),
-    "token_bucket": ("test_token_bucket", "edge/test_budget"),
+    "rate_limits": ("test_rate_limits", "edge/test_budget"),
 }
 _CORE_FILES: Final = (
     "battery.h",

@@ -12,9 +12,7 @@ from tests.session.room_states import line, room
 
 from wax.protocol import messages, room_change
 from wax.sentence import says
-from wax.session.last_wins import LastWins
 from wax.session.room_updates import RoomUpdates
-from wax.token_bucket import TokenBucket
 
 VIEWERS = 12
 ROUND_S = 0.05
@@ -134,20 +132,3 @@ def test_a_wait_is_sent_anew_when_a_turn_ends() -> None:
     ended = room(line(1), line(2, role="queued", place=1, wait_s=0), turn=nobody)
     updates.next(ended, 0.05)
     assert updates.told == ended
-
-
-def test_the_last_request_wins() -> None:
-    """The first runs at once, then one every two seconds: the newest, and only once."""
-    done: list[tuple[float, int]] = []
-    now_s = 0.0
-    names: LastWins[int] = LastWins(
-        lambda number: done.append((now_s, number)), TokenBucket(rate_hz=0.5, burst=1)
-    )
-    for step in range(100):
-        now_s = step / 20
-        names.submit(step, now_s)
-    for step in range(100, 300):
-        now_s = step / 20
-        names.run_waiting(now_s)
-    assert [number for _, number in done] == [0, 40, 80, 99]
-    assert [at_s for at_s, _ in done] == pytest.approx([0.0, 2.0, 4.0, 6.0])

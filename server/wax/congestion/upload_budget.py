@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.token_bucket import TokenBucket
+from wax.rate_limits import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Hashable

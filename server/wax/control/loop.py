@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from wax.control.command import Command
     from wax.control.controls import Operation
     from wax.control.fairness import Person
-    from wax.control.lateness import Lateness
     from wax.control.listener import Listener
+    from wax.control.loop_timer import Lateness
     from wax.control.picture_clock import PictureClock
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser

@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections import deque
 from typing import Final
-
-from wax.control.lateness import Lateness
 
 MAX_LATE_S: Final = 0.2
 MIN_LATE_S: Final = 0.1
 _EARLY_S: Final = 0.001
 """A step this close before a tick counts as that tick: timers may fire a little early."""
 _REMEMBERED_S: Final = 60.0
+
+BOUNDS_MS: Final = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 100.0, 200.0)
+
+
+class Lateness:
+    """How late the ticks have been since the start, for monitoring.
+
+    `counts` has a bucket up to each bound of `BOUNDS_MS`, and one for everything above.
+    """
+
+    def __init__(self) -> None:
+        self.counts = [0] * (len(BOUNDS_MS) + 1)
+        self.sum_s = 0.0
+
+    def add(self, late_s: float) -> None:
+        self.counts[bisect_left(BOUNDS_MS, late_s * 1000)] += 1
+        self.sum_s += late_s
 
 
 class LoopTimer:

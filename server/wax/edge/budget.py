@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 from weakref import WeakValueDictionary
 
-from wax.token_bucket import TokenBucket
+from wax.rate_limits import TokenBucket
 
 _ADDRESS_SHARE: Final = 0.5
 

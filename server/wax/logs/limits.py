@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.logs.printable import printable
-from wax.token_bucket import TokenBucket
+from wax.rate_limits import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, MutableMapping

@@ -19,7 +19,7 @@ from prometheus_client.core import (
 )
 from prometheus_client.registry import Collector
 
-from wax.control.lateness import BOUNDS_MS
+from wax.control.loop_timer import BOUNDS_MS
 from wax.protocol.robot_report import ROBOT_NUMBERS
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from prometheus_client.core import Metric
 
-    from wax.control.lateness import Lateness
+    from wax.control.loop_timer import Lateness
     from wax.records.records import Records
 
 _ROLES: Final = ("operator", "queued", "observer")

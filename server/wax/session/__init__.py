@@ -10,7 +10,7 @@
   `changes` and sends all to `wax.hooks`; `tape_keeper`; `house_states`; `status` answers programs.
 - Kept over a restart: `kept_state`.
 - In LiveKit rooms: `rooms`, with the seats there (`room_seats`).
-- Rates and measures: `minute_limits`, `last_wins`, `last_minute`, `spread`, `link_statistics`;
+- Measures of a link: `last_minute`, `link_statistics`;
   names that look alike: `lookalikes`.
 
 `room` connects them all. Decisions about driving are in `wax.control`, about media in

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Final
 
 from wax.bounded_dict import BoundedDict
 from wax.errors import FullError, NoPlaceError, TooOftenError
+from wax.rate_limits import TokenBucket
 from wax.sentence import Sentence
-from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

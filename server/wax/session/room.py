@@ -15,6 +15,7 @@ from wax.errors import ForbiddenError, FullError, NotAdmittedError
 from wax.fanout.batches import in_batches
 from wax.house.commands import ReleaseAt
 from wax.protocol import messages, room_change
+from wax.rate_limits import TokenBuckets
 from wax.sentence import Sentence
 from wax.session import names
 from wax.session.diagnosis import for_guests
@@ -24,7 +25,6 @@ from wax.session.kept_state import KeptState
 from wax.session.room_updates import RoomUpdates
 from wax.session.rooms import Rooms
 from wax.session.stop_budget import StopBudget
-from wax.token_bucket import TokenBuckets
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from wax.protocol.robot_report import ROBOT_NUMBERS
 from wax.protocol.room_change import between
-from wax.token_bucket import TokenBucket
+from wax.rate_limits import TokenBucket
 
 if TYPE_CHECKING:
     from wax.protocol.messages import RoomChange, RoomState, ViewerInfo

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Final
 from wax.bounded_dict import BoundedDict
 from wax.control.reasons import Refusal
 from wax.errors import ForbiddenError
+from wax.rate_limits import MinuteLimits
 from wax.sentence import Sentence
-from wax.session.minute_limits import MinuteLimits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

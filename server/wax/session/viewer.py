@@ -17,14 +17,13 @@ from wax.control.reasons import Refusal
 from wax.error_boundary import ErrorBoundary
 from wax.errors import ForbiddenError, ProtocolError
 from wax.protocol import compact, messages
+from wax.rate_limits import LastWins, TokenBucket
 from wax.rtc.link_monitor import LinkMonitor
 from wax.sentence import Sentence
 from wax.session.diagnosis import for_guests
 from wax.session.last_minute import LastMinute
-from wax.session.last_wins import LastWins
 from wax.session.names import clean_name
 from wax.sync.playout import PlayoutReport, StreamPlayout
-from wax.token_bucket import TokenBucket
 from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from wax.access import permissions
 from wax.protocol import messages
+from wax.rate_limits import TokenBucket
 from wax.sentence import Sentence
-from wax.token_bucket import TokenBucket
 from wax.voice.floor import Floor, VoiceVerdict
 
 if TYPE_CHECKING:

@@ -48,8 +48,8 @@ from wax.protocol.http_bodies import (
     StopPress,
     StopRelease,
 )
+from wax.rate_limits import TokenBuckets
 from wax.sentence import Sentence, says
-from wax.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.branding import PICTURE_PATH, STYLE_PATH
 from wax.web.built_page import BuiltPage, cache_headers

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.token_bucket import TokenBucket
+from wax.rate_limits import TokenBucket
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger

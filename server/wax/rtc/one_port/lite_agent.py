@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 from aioice.candidate import candidate_priority
 from aioice.stun import Class, Message, Method
 
-from wax.token_bucket import TokenBucket
+from wax.rate_limits import TokenBucket
 
 MAX_PATHS: Final = 8
 """A browser has a few addresses; a longer list is an attack."""

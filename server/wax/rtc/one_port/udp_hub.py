@@ -23,10 +23,10 @@ from aioice.stun import COOKIE, Message, parse_message
 
 from wax.edge.binding import advice
 from wax.errors import StartError, reason_of
+from wax.rate_limits import TokenBucket
 from wax.rtc.egress import runs
 from wax.rtc.one_port.lite_agent import Path
 from wax.rtc.one_port.viewer_socket import CAN_CONNECT, ViewerSocket
-from wax.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.session.spread import Spread
+from wax.session.link_statistics import Spread
 
 
 @examples(200)
