@@ -26,6 +26,7 @@ from wax.fanout.video_hub import VideoHub
 from wax.protocol import room_change
 from wax.records.records import Records
 from wax.session import entry as entry_module
+from wax.session.headroom import Headroom, Used
 from wax.session.host_decisions import HostDecisions
 from wax.session.kept_state import KeptFile
 from wax.session.page_messages import PageMessages
@@ -239,7 +240,8 @@ class Rig:
             controls=settings.controls,
             gauges=settings.gauges,
         )
-        self.has_way_in = self.has_time = True
+        self.has_way_in = True
+        self.headroom = Headroom(1.0, self.clock, lambda: 0.0)
         self.kept = KeptFile(settings.server.state_dir)
         self.room = Room(
             settings=settings,
@@ -267,7 +269,7 @@ class Rig:
             keeper=self.keeper,
             network=network(),
             cluster=cast("Cluster", cluster or Cluster(clock=self.clock, counters=self.counters)),
-            has_time=lambda _: self.has_time,
+            has_time=self.headroom.has_time,
         )
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
@@ -303,6 +305,12 @@ class Rig:
         hands = [linear, 0.0, linear != 0, "fast"]
         row = ["drive", seq, turn, now_ms, *hands, now_ms, {}, peer.beat]
         peer.events.received("drive", json.dumps(row))
+
+    def keep_busy(self, share: float) -> None:
+        """Have used this share of the machine's only core for the last ten seconds."""
+        for number in range(11):
+            self.headroom.sample(Used(number * share, number * share, 0.0))
+            self.clock.time_s += 1.0
 
     def names(self) -> list[str]:
         return [line.name for line in self.room.snapshot(self.clock.time_s).viewers]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.turned_clock import TurnedClock
 
-from wax.session.headroom import CORES_SHARE, LOOP_SHARE, Headroom, Used
+from wax.session.headroom import CORES_SHARE, FIRST_DOZEN, LOOP_SHARE, Headroom, Used
 
 SERVED = 20
 
@@ -34,6 +34,13 @@ def test_one_more_fits_while_the_loop_has_time_for_them() -> None:
 def test_what_somebody_is_charged_for_keeps_nobody_out() -> None:
     """Strangers' floods and demanding viewers are made to wait themselves."""
     assert sampled(0.9, charged=0.5).has_time(SERVED)
+
+
+def test_the_first_dozen_come_in_however_busy_the_machine_is() -> None:
+    """A machine that is busy with something else still serves a dozen."""
+    busy = sampled(1.0)
+    assert busy.has_time(FIRST_DOZEN - 1)
+    assert not busy.has_time(FIRST_DOZEN)
 
 
 @pytest.mark.parametrize(("more", "fits"), [(-0.01, True), (0.01, False)])

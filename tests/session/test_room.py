@@ -260,7 +260,7 @@ async def test_a_full_upload_refuses_only_new_guests() -> None:
 async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
     """The operator must not wait for one more viewer; a late event loop alone refuses nobody."""
     rig = Rig({})
-    rig.has_time = False
+    rig.keep_busy(share=1.0)
     for number in range(10, 22):
         await rig.enter(f"ada-11{number}")
         for _ in range(20):
@@ -271,7 +271,7 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
     assert refused.value.retry_after_s == 3, "a rush is soon over"
     await rig.enter("ada-1110")
     await rig.enter("host-111", is_host=True)
-    rig.has_time = True
+    rig.keep_busy(share=0.1)
     await rig.enter("eve-1111")
 
 
@@ -279,7 +279,7 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
 async def test_only_viewers_served_here_count_among_the_dozen(who: str) -> None:
     """Others, in a LiveKit room, gone or not connected yet, cost this machine next to nothing."""
     rig = Rig({})
-    rig.has_time = False
+    rig.keep_busy(share=1.0)
     for number in range(10, 22):
         await rig.enter(f"ada-11{number}")
         rig.clock.time_s += 0.9

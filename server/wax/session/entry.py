@@ -35,8 +35,6 @@ _LOG = structlog.get_logger(__name__)
 _MOST_EXPECTED: Final = 100
 """People who wait in the queue here while they watch in a LiveKit room."""
 _MACHINE_FULL: Final = Sentence("door.machine_full")
-_FIRST_DOZEN: Final = 12
-"""This many are let in however busy the machine is: it may be busy with something else."""
 
 
 class Entry:
@@ -44,7 +42,7 @@ class Entry:
 
     `send_away` tells a viewer why they may not stay, and forgets them.
     `is_due` says whether somebody who waits in a room gets a place now, even if all are taken;
-    `has_time` whether the machine can serve one more beside so many.
+    `has_time` whether the machine can serve one more newcomer beside so many (`headroom`).
     """
 
     def __init__(
@@ -196,7 +194,7 @@ class Entry:
         """Return what is too scarce for one more beside `served` viewers, None if nothing is."""
         if not self._service.has_room:
             return Sentence("door.upload_full")
-        if served >= _FIRST_DOZEN and not self._has_time(served):
+        if not self._has_time(served):
             return _MACHINE_FULL
         return None
 

@@ -1,4 +1,4 @@
-"""Whether the event loop has time for one more viewer.
+"""Whether the event loop has time for one more viewer, of whom `entry` asks: a newcomer, no host.
 
 The measure is its processor time for those who are here, not how late it is: a stranger, a
 demanding viewer or another program could make it late, and so keep everybody out.
@@ -21,6 +21,8 @@ LOOP_SHARE: Final = 0.6
 """Of one core; work charged to strangers and viewers (`wax.edge`) may use the rest."""
 CORES_SHARE: Final = 0.9
 """Of all cores that this process may use; matters on a machine with few."""
+FIRST_DOZEN: Final = 12
+"""This many are let in however busy the machine is: it may be busy with something else."""
 _SAMPLE_S: Final = 1.0
 _LATELY: Final = 10
 """Samples kept: a rush of newcomers, whose answers take time, is over by then."""
@@ -58,7 +60,7 @@ class Headroom:
 
     def has_time(self, served: int) -> bool:
         """Whether one more fits, if they cost the average of `served`; True before two samples."""
-        if len(self._samples) < 2:
+        if served < FIRST_DOZEN or len(self._samples) < 2:
             return True
         (since_s, before), *_, (until_s, now) = self._samples
         lasted_s = until_s - since_s
