@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
+from wax.config.drive import DriveSettings
+from wax.config.robot import RobotSettings
 from wax.control.picture_clock import PictureClock
 from wax.control.rules import Rules
 from wax.driver.interface import Limits
 
-RULES: Final = Rules(
-    limits=Limits(linear_mps=0.8, angular_rps=2.0, axes=("pan",)),
-    max_age_s=0.15,
-    max_command_age_s=0.5,
-    slow_picture_age_s=0.4,
-    stop_picture_age_s=0.8,
-    max_stop_distance_m=2.0,
-    slow_fraction=0.5,
-    period_s=0.02,
+RULES: Final = replace(
+    Rules.of(
+        DriveSettings(max_stop_distance_m=2.0, slow_fraction=0.5),
+        RobotSettings(
+            max_linear_acceleration_mps2=1.0, max_angular_acceleration_rps2=4.0, wheel_base_m=0.5
+        ),
+        Limits(linear_mps=0.8, angular_rps=2.0, axes=("pan",)),
+    ),
     silence_s=0.0,
-    watchdog_s=0.12,
-    acceleration_mps2=1.0,
-    acceleration_rps2=4.0,
-    soft_braking=False,
-    braking_mps2=2.0,
-    braking_rps2=8.0,
 )
 """A robot that stops in time from any speed, braked at once."""
 

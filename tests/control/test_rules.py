@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
+
 import pytest
 
 from wax.config.drive import DriveSettings
@@ -16,12 +18,11 @@ DRIVE = DriveSettings(
     slow_picture_age_ms=300.0,
     stop_picture_age_ms=700.0,
     max_stop_distance_m=0.7,
-    slow_fraction=0.3,
 )
 ROBOT = RobotSettings(
     silence_ms=150,
-    max_linear_acceleration_mps2=1.5,
-    max_angular_acceleration_rps2=6.0,
+    max_linear_acceleration_mps2=1.2,
+    max_angular_acceleration_rps2=5.0,
     soft_braking=True,
     braking_mps2=2.5,
     wheel_base_m=0.4,
@@ -29,25 +30,31 @@ ROBOT = RobotSettings(
 LIMITS = Limits(0.6, 1.5, ttl_s=0.2)
 
 
-def test_every_rule_is_what_was_configured() -> None:
+def test_rules_are_in_the_units_of_control() -> None:
     """Milliseconds become seconds, a rate a period, and the wheels' braking the body's."""
-    assert Rules.of(DRIVE, ROBOT, LIMITS) == Rules(
+    rules = Rules.of(DRIVE, ROBOT, LIMITS)
+    assert rules == replace(
+        rules,
         limits=LIMITS,
         max_age_s=0.12,
         max_command_age_s=0.45,
         slow_picture_age_s=0.3,
         stop_picture_age_s=0.7,
-        max_stop_distance_m=0.7,
-        slow_fraction=0.3,
         period_s=0.025,
         silence_s=0.15,
         watchdog_s=0.2,
-        acceleration_mps2=1.5,
-        acceleration_rps2=6.0,
-        soft_braking=True,
-        braking_mps2=2.5,
+        acceleration_mps2=1.2,
+        acceleration_rps2=5.0,
         braking_rps2=12.5,
     )
+
+
+def test_a_rule_that_is_a_key_has_its_value() -> None:
+    """What is called in control as in the configuration is the same number."""
+    keys = DRIVE.model_dump() | ROBOT.model_dump()
+    rules = Rules.of(DRIVE, ROBOT, LIMITS)
+    alike = {one.name for one in fields(rules)} & keys.keys()
+    assert {name: getattr(rules, name) for name in alike} == {name: keys[name] for name in alike}
 
 
 @pytest.mark.parametrize(("ttl_s", "expected_s"), [(None, 0.15), (0.1, 0.15), (0.2, 0.2)])
