@@ -32,8 +32,8 @@ from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import Cluster, PublishedSources
 from wax.cluster.room_directory import published, upload_left_bps
 from wax.config.opening_hours import OpeningHours, zone_of
+from wax.control.driving_view import DrivingView
 from wax.control.loop import ControlLoop
-from wax.control.picture_clock import PictureClock
 from wax.control.turns import Turns
 from wax.door.tunnel import Tunnel
 from wax.edge.turnstile import Turnstile
@@ -64,7 +64,7 @@ from wax.session.house_states import house_states
 from wax.session.kept_state import KeptFile
 from wax.session.page_messages import PageMessages
 from wax.session.proof_runner import ProofRunner
-from wax.session.record_keeper import RecordKeeper, each, refused
+from wax.session.record_keeper import RecordKeeper, refused
 from wax.session.room import Room
 from wax.session.status import Status
 from wax.session.tape_keeper import TapeKeeper
@@ -94,6 +94,7 @@ if TYPE_CHECKING:
     from wax.config.server import ServerSettings
     from wax.config.settings import Settings
     from wax.config.sync import RoleSyncSettings
+    from wax.protocol.events import Event
     from wax.sentence import Sentence
     from wax.streams.interface import Service
 
@@ -151,7 +152,7 @@ class App:
         ]
         self._cluster = Cluster(clock=clock, counters=self._counters)
         self._service = self._make_thesis_service() if is_thesis else self._make_live_service()
-        self._picture_clock, self._blocks = PictureClock(), Blocks()
+        self._view, self._blocks = DrivingView(), Blocks()
         self._captures = self._make_captures()
         self._channel_faults = ChannelFaults(_log_channel_fault, most=settings.audio.channels)
         self._ice = IceServers(settings.network, settings.relay)
@@ -164,6 +165,14 @@ class App:
             turns=self._turns,
             has_camera="video" in self._captures,
             decisions=self._decisions,
+        )
+        self._control = ControlLoop(
+            clock=clock,
+            settings=settings,
+            driver=self._driver,
+            turns=self._turns,
+            operators=self._viewers,
+            view=self._view,
         )
         speaker = make_speaker(settings.voice, clock, self._driver)
         self._speaker = None if speaker is None else SpeakerThread(speaker, clock)
@@ -185,12 +194,11 @@ class App:
             clock=clock,
             viewers=self._viewers,
             refused=lambda: refused(self._counters.snapshot() | self._control.counts()),
-            event_maker=EventMaker(
-                clock=clock, seen=self._seen, send=each(self._hooks.put, self._house.put)
-            ),
+            event_maker=EventMaker(clock=clock, seen=self._seen, send=self._send),
         )
         self._tape_keeper = self._make_tape_keeper()
-        self._control = self._make_control()
+        listeners = (self._viewers, self._keeper, self._voices, self._tape_keeper)
+        self._control.listen(*(one for one in listeners if one is not None))
         self._room = self._make_room()
         self._status = self._make_status(steps)
         self._proof_runner = ProofRunner(
@@ -371,36 +379,6 @@ class App:
         )
         return service
 
-    def _make_control(self) -> ControlLoop:
-        viewers, tape, voices = self._viewers, self._tape_keeper, self._voices
-        return ControlLoop(
-            clock=self._clock,
-            turns=self._turns,
-            driver=self._driver,
-            settings=self._settings.drive,
-            robot=self._settings.robot,
-            link_delay_s=viewers.link_delay_s,
-            sees=viewers.sees,
-            camera_fails=self._camera_fails,
-            picture_clock=lambda: self._picture_clock,
-            on_hold=lambda: self._decisions.on_hold,
-            max_fraction=viewers.max_fraction,
-            on_events=each(
-                viewers.turn_events,
-                self._keeper.turn_events,
-                *([lambda _: voices.check()] if voices else []),
-                *([tape.turn_events] if tape else []),
-            ),
-            on_status=each(
-                viewers.drive_status,
-                self._keeper.drive_status,
-                *([tape.drive_status] if tape else []),
-            ),
-            listener=tape,
-            controls=self._settings.controls,
-            gauges=self._settings.gauges,
-        )
-
     def _make_room(self) -> Room:
         tape = self._tape_keeper
         return Room(
@@ -417,7 +395,7 @@ class App:
                 driver=self._driver,
                 turns=self._turns,
                 captures=self._captures,
-                picture_clock=lambda: self._picture_clock,
+                view=self._view,
                 access=self._access,
                 decisions=self._decisions,
                 voices=self._voices,
@@ -492,8 +470,7 @@ class App:
             missing=Readiness(
                 clock=clock,
                 control=self._control,
-                captures=self._captures,
-                picture_clock=lambda: self._picture_clock,
+                view=self._view,
                 is_stopping=self._stopping.is_set,
             ),
             calendar=_calendar(settings, clock),
@@ -532,12 +509,15 @@ class App:
             settings=self._settings.recording,
             clock=self._clock,
             viewers=self._viewers,
-            latched=lambda: self._control.latched,
-            robot=lambda: self._control.robot_state,
+            control=self._control,
             has_sound=self._tape.has_sound,
             has_cameras=self._tape.has_cameras,
             event_maker=self._keeper.event_maker,
         )
+
+    def _send(self, event: Event) -> None:
+        self._hooks.put(event)
+        self._house.put(event)
 
     def _seen(self) -> StateSeen:
         """Return the state from whose changes events are made."""
@@ -568,12 +548,6 @@ class App:
             names=self._settings.mqtt.names,
         )
 
-    def _camera_fails(self) -> bool:
-        """Whether there is a camera but no picture that one may drive by."""
-        camera = self._captures.get("video")
-        is_doubted = self._picture_clock.is_doubted(self._clock.now_s())
-        return camera is not None and (camera.problem is not None or is_doubted)
-
     def _make_voices(self) -> Voices | None:
         if self._speaker is None:
             return None
@@ -598,7 +572,7 @@ class App:
         sources = find_sources.make_sources(video, audio, self._clock, self._driver, taken)
         captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
         if sources.video is not None:
-            captures["video"] = SourceThread(
+            captures["video"] = self._view.camera = SourceThread(
                 sources.video,
                 self._picture_handler(),
                 name="camera",
@@ -620,8 +594,7 @@ class App:
             put = TimestampOverlay(self._clock, put)
 
         def handle(picture: Picture) -> None:
-            # First, so that no command is judged by a picture whose time is not yet noted.
-            self._picture_clock = self._picture_clock.after(picture.captured_s, picture.within_s)
+            self._view.captured(picture.captured_s, picture.within_s)
             put(self._blanking.picture(picture))
 
         return handle

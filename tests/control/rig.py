@@ -13,8 +13,11 @@ from tests.turned_clock import Turnable, TurnedClock
 from wax.clock import Clock, SystemClock
 from wax.config.drive import DriveSettings
 from wax.config.robot import RobotSettings
+from wax.config.settings import Settings
 from wax.config.turns import TurnSettings
 from wax.control.command import Command
+from wax.control.driving_view import DrivingView
+from wax.control.listener import Listener
 from wax.control.loop import ControlLoop
 from wax.control.turns import TurnEvent, Turns
 from wax.driver.interface import Driver, Limits, RobotState, Twist
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
 
     from wax.config.controls import ControlSettings, GaugeSettings
     from wax.control.gate import Setpoint
+    from wax.control.operators import Operators
     from wax.control.reasons import Refusal
     from wax.sentence import Sentence
 
@@ -80,25 +84,56 @@ class FakeDriver(IdleRobot):
         return calls
 
 
-def make_loop(clock: Clock, driver: Driver, **more: Any) -> ControlLoop:
-    """Make a loop that nothing slows or holds; its operator is 100 ms away and sees the picture."""
-    known: dict[str, Any] = {
-        "turns": Turns(TurnSettings()),
-        "settings": DriveSettings(),
-        "robot": AGILE,
-        "link_delay_s": lambda _: 0.1,
-        "sees": lambda _: True,
-        "camera_fails": lambda: False,
-        "picture_clock": lambda: VOUCHED,
-        "on_hold": lambda: None,
-        "max_fraction": lambda _: 1.0,
-        "on_events": lambda _: None,
-        "on_status": lambda *_: None,
-    }
-    return ControlLoop(clock=clock, driver=driver, **known | more)
+class FakeOperators:
+    """People 100 ms away who see the picture, in a room whose host limits nothing."""
+
+    def __init__(self, delay_s: float = 0.1) -> None:
+        self.delays_s = {A: delay_s, B: delay_s}
+        self.has_picture = True
+        self.asked_what_they_see: set[int] = set()
+        self.fraction = 1.0
+        self.on_hold: Sentence | None = None
+
+    def link_delay_s(self, number: int) -> float | None:
+        return self.delays_s.get(number)
+
+    def sees(self, number: int) -> bool:
+        self.asked_what_they_see.add(number)
+        return self.has_picture
+
+    def max_fraction(self, number: int) -> float:
+        return self.fraction
 
 
-class Bench:
+_DEFAULTS = Settings(robot=AGILE)
+
+
+def make_loop(
+    clock: Clock,
+    driver: Driver,
+    *listeners: Listener,
+    turns: Turns | None = None,
+    operators: Operators | None = None,
+    view: DrivingView | None = None,
+    **tables: Any,
+) -> ControlLoop:
+    """Make a loop of a robot with an ideal camera; `tables` replace some of the settings'."""
+    if view is None:
+        view = DrivingView()
+        view.clock = VOUCHED
+    loop = ControlLoop(
+        clock=clock,
+        settings=_DEFAULTS.model_copy(update=tables),
+        driver=driver,
+        turns=turns or Turns(TurnSettings()),
+        operators=operators or FakeOperators(),
+        view=view,
+    )
+    loop.listen(*listeners)
+    return loop
+
+
+class Bench(Listener):
     """A control loop with everything around it."""
 
     def __init__(
@@ -119,7 +154,9 @@ class Bench:
         self.driver = driver or FakeDriver()
         self.driver.limits = limits
         self.turns = Turns(TurnSettings(turn_s=turn_s, grace_s=grace_s, ready_s=ready_s))
-        self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
+        self.operators = FakeOperators()
+        self.view = DrivingView()
+        self.view.clock = VOUCHED
         self.events: list[TurnEvent] = []
         self.calls_before_event: list[tuple[object, ...]] = []
         self.statuses: list[tuple[int, bool, Sentence | None]] = []
@@ -127,30 +164,20 @@ class Bench:
         self.listened: list[tuple[object, ...]] = []
         self.calls_before_steered: list[tuple[object, ...]] = []
         self.seq = 0
-        self.has_picture = True
-        self.asked_what_they_see: set[int] = set()
-        self.camera_fails = False
-        self.max_fraction = 1.0
-        self.on_hold: Sentence | None = None
         self.loop = make_loop(
             self.clock,
             self.driver,
+            self,
             turns=self.turns,
-            settings=DriveSettings(
+            operators=self.operators,
+            view=self.view,
+            drive=DriveSettings(
                 loop_hz=50.0,
                 max_age_ms=150.0,
                 slow_fraction=0.5,
                 max_stop_distance_m=max_stop_distance_m,
             ),
             robot=robot,
-            link_delay_s=self.delays_s.get,
-            sees=self._sees,
-            camera_fails=lambda: self.camera_fails,
-            on_hold=lambda: self.on_hold,
-            max_fraction=lambda _: self.max_fraction,
-            on_events=self._on_events,
-            on_status=self._hear,
-            listener=self,
             controls=controls,
             gauges=gauges,
         )
@@ -164,15 +191,13 @@ class Bench:
         self.listened.append(("steered", wanted.twist, sent, turn))
         self.calls_before_steered = list(self.driver.calls)
 
-    def _sees(self, viewer: int) -> bool:
-        self.asked_what_they_see.add(viewer)
-        return self.has_picture
-
-    def _hear(self, viewer: int, moving: bool, reason: Sentence | None, share: float) -> None:
-        self.statuses.append((viewer, moving, reason))
+    def drive_status(
+        self, number: int, moving: bool, reason: Sentence | None, share: float
+    ) -> None:
+        self.statuses.append((number, moving, reason))
         self.shares.append(share)
 
-    def _on_events(self, events: tuple[TurnEvent, ...]) -> None:
+    def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
         self.events += events
         self.calls_before_event = list(self.driver.calls)
 

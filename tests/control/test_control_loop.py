@@ -7,17 +7,19 @@ import itertools
 import math
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import pytest
 from structlog.testing import capture_logs
-from tests.control.rig import AGILE, AHEAD, A, B, Bench, FakeDriver, make_loop
+from tests.control.rig import AGILE, AHEAD, A, B, Bench, FakeDriver, FakeOperators, make_loop
 from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
 from wax.config.drive import DriveSettings
 from wax.config.robot import RobotSettings
 from wax.control.command import Command
+from wax.control.listener import Listener
 from wax.control.reasons import ABOARD, Hold, Limit, Refusal, stopped_by
 from wax.control.safe_driver import NOT_CONNECTED
 from wax.control.stop_latch import LatchedStop
@@ -27,7 +29,7 @@ from wax.driver.interface import STANDSTILL, Aboard, RobotState, Twist
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator
 
     from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
@@ -83,7 +85,7 @@ def test_an_operator_is_told_what_is_left_of_their_speed(
     bench: Bench, max_fraction: float, aboard: Aboard | None, left: float
 ) -> None:
     """Limits and the person aboard lower the reported share of the speed, in twentieths."""
-    bench.max_fraction = max_fraction
+    bench.operators.fraction = max_fraction
     bench.driver.now = replace(bench.driver.now, aboard=aboard)
     for linear in (0.0, 1.0):
         bench.step()
@@ -144,7 +146,7 @@ def test_a_chair_is_told_whether_somebody_may_drive() -> None:
     assert bench.loop.release_stop("host", stop, None) is None
     bench.step()
     assert chair.is_operated is True
-    bench.on_hold = "The host has switched picture and sound off."
+    bench.operators.on_hold = "The host has switched picture and sound off."
     bench.step()
     assert chair.is_operated is False
 
@@ -158,7 +160,7 @@ def test_beat_goes_on_without_operator() -> None:
     bench.step()
     assert bench.step() == [("apply", STANDSTILL, 0)]
     assert bench.statuses == []
-    assert bench.asked_what_they_see == set()
+    assert bench.operators.asked_what_they_see == set()
 
 
 def test_beat_repeats_the_set_point(bench: Bench) -> None:
@@ -425,7 +427,7 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
     if what == "the robot":
         bench.loop.lend_driver(says("away"))
     elif what == "the camera":
-        bench.camera_fails = True
+        bench.view.camera = SimpleNamespace(problem=says("unplugged"))
     else:
         bench.loop.press_stop(says("Bob"), viewer=B)
     for _ in range(2):
@@ -452,7 +454,7 @@ def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
     bench.step()
     bench.step()
     assert bench.turns.paused_left_s(bench.clock.now_s()) is None
-    bench.camera_fails = True
+    bench.view.camera = SimpleNamespace(problem=says("unplugged"))
     bench.loop.lost(A)
     bench.step()
     bench.step()
@@ -462,7 +464,7 @@ def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
 def test_the_host_slows_the_robot(bench: Bench) -> None:
     """A limit of the host's takes effect with the next tick, and the operator is told."""
     bench.drive()
-    bench.max_fraction = 0.25
+    bench.operators.fraction = 0.25
     bench.offer(1.0)
     bench.step()
     slow = Twist(AHEAD.linear_mps / 4, AHEAD.angular_rps / 4)
@@ -867,7 +869,7 @@ def test_who_sees_late_is_slowed_and_told_why(bench: Bench) -> None:
 
 def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
     """With the picture switched off on purpose, the robot is limited to slow speed."""
-    bench.has_picture = False
+    bench.operators.has_picture = False
     bench.offer()
     bench.step()
     bench.loop.handle_command(A, replace(bench.command(1.0), seen_s=None))
@@ -904,7 +906,7 @@ def test_a_bumper_is_the_last_thing_to_be_told(bench: Bench) -> None:
     bench.offer(1.0)
     bench.step()
     assert bench.statuses[-1] == (A, False, Hold.FAULT.value)
-    bench.has_picture = False
+    bench.operators.has_picture = False
     bench.offer()
     bench.step()
     bench.offer(1.0)
@@ -918,7 +920,7 @@ def test_a_long_line_is_a_slow_one() -> None:
     speeds = []
     for delay_s in (0.0, 0.3):
         bench = Bench(robot=robot, max_stop_distance_m=0.25)
-        bench.delays_s[A] = delay_s
+        bench.operators.delays_s[A] = delay_s
         bench.enter(A)
         bench.step()
         bench.offer()
@@ -934,7 +936,7 @@ def test_a_long_line_is_a_slow_one() -> None:
 def test_a_line_that_is_too_long_is_for_watching() -> None:
     """Over a link on which every command would be too old nobody can drive, and is told why."""
     bench = Bench()
-    bench.delays_s[A] = 0.351
+    bench.operators.delays_s[A] = 0.351
     bench.enter(A)
     bench.step()
     assert bench.offer() is Refusal.TOO_SLOW
@@ -946,11 +948,11 @@ def test_a_line_that_is_too_long_is_for_watching() -> None:
 def test_a_line_that_gets_faster_is_driven_over_in_the_same_turn() -> None:
     """If only the first answer was late, an operator who presses again can drive."""
     bench = Bench()
-    bench.delays_s[A] = 0.351
+    bench.operators.delays_s[A] = 0.351
     bench.enter(A)
     bench.step()
     assert bench.offer(1.0) is Refusal.TOO_SLOW
-    bench.delays_s[A] = 0.1
+    bench.operators.delays_s[A] = 0.1
     bench.step()
     bench.drive()
     assert bench.statuses[-1] == (A, True, None)
@@ -978,7 +980,7 @@ def test_driving_goes_on_after_a_short_lapse(bench: Bench, lapse_s: float, goes_
 def test_delay_is_taken_at_the_turns_start(bench: Bench) -> None:
     """A link that gets slower within the turn gets no further allowance."""
     bench.drive()
-    bench.delays_s[A] = 0.9
+    bench.operators.delays_s[A] = 0.9
     old = replace(bench.command(1.0), sent_s=bench.clock.time_s - 0.26)
     assert bench.loop.handle_command(A, old) is Refusal.TOO_OLD
 
@@ -986,12 +988,12 @@ def test_delay_is_taken_at_the_turns_start(bench: Bench) -> None:
 def test_delay_is_taken_as_soon_as_known() -> None:
     """A delay not yet measured when the turn starts counts as none until it is."""
     bench = Bench()
-    del bench.delays_s[A]
+    del bench.operators.delays_s[A]
     bench.enter(A)
     bench.step()
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
     assert bench.loop.handle_command(A, old) is Refusal.TOO_OLD
-    bench.delays_s[A] = 0.1
+    bench.operators.delays_s[A] = 0.1
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
     bench.clock.time_s += 0.02
     assert bench.loop.handle_command(A, old) is None
@@ -1005,7 +1007,9 @@ def test_delay_is_taken_anew_when_the_turn_renews(
     bench = Bench()
     bench.enter(A)
     bench.step()
-    bench.delays_s.pop(A) if delay_s is None else bench.delays_s.update({A: delay_s})
+    del bench.operators.delays_s[A]
+    if delay_s is not None:
+        bench.operators.delays_s[A] = delay_s
     bench.step(60.0)
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.4)
     assert bench.loop.handle_command(A, old) is refusal
@@ -1016,7 +1020,7 @@ def test_delay_is_taken_anew_when_the_turn_renews(
 def test_delay_is_not_the_last_operators(bench: Bench) -> None:
     """A new operator whose link is not measured yet gets no allowance from the last one's."""
     bench.drive()
-    del bench.delays_s[B]
+    del bench.operators.delays_s[B]
     bench.loop.leave(A)
     old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
     assert bench.loop.handle_command(B, old) is Refusal.TOO_OLD
@@ -1065,17 +1069,16 @@ def live(
     loop_hz: float = 100.0,
     max_age_ms: float = 1000.0,
     one_way_s: float = 1.0,
-    on_status: Callable[[int, bool, Sentence | None, float], None] = lambda *_: None,
+    listener: Listener | None = None,
 ) -> ControlLoop:
     """Make a loop on the real clock."""
     slow = DriveSettings(max_age_ms=max_age_ms, max_command_age_ms=2000.0, max_stop_distance_m=10.0)
-    settings = slow.model_copy(update={"loop_hz": loop_hz})
     return make_loop(
         SystemClock(),
         driver,
-        settings=settings,
-        link_delay_s=lambda _: one_way_s,
-        on_status=on_status,
+        *([listener] if listener else []),
+        operators=FakeOperators(one_way_s),
+        drive=slow.model_copy(update={"loop_hz": loop_hz}),
     )
 
 
@@ -1211,13 +1214,14 @@ async def test_stopped_loop_stays_quiet() -> None:
 
 
 async def test_defect_stops_the_robot() -> None:
-    """A callback that raises ends the loop, which its supervisor sees, and stops the robot."""
+    """A listener that raises ends the loop, which its supervisor sees, and stops the robot."""
 
-    def defect(viewer: int, moving: bool, reason: Sentence | None, _share: float) -> None:
-        raise RuntimeError("defect")
+    class Defect(Listener):
+        def drive_status(self, *_: object) -> None:
+            raise RuntimeError("defect")
 
     driver = FakeDriver()
-    control = live(driver, on_status=defect)
+    control = live(driver, listener=Defect())
     control.connect(A)
     control.join(A)
     with pytest.raises(RuntimeError, match="defect"):

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import pytest
-from tests.control.rig import make_loop
+from tests.control.rig import FakeOperators, make_loop
 from tests.examples import share_of
 from tests.idle_robot import IdleRobot
 from tests.turned_clock import TurnedClock
@@ -25,6 +25,7 @@ from tests.turned_clock import TurnedClock
 from wax.config.drive import DriveSettings
 from wax.config.turns import TurnSettings
 from wax.control.command import Command
+from wax.control.listener import Listener
 from wax.control.turn_time import MAX_PAUSE_S
 from wax.control.turns import TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.driver.interface import Limits, RobotState, Twist
@@ -72,6 +73,13 @@ class Log(IdleRobot):
         return self.now
 
 
+class Near(FakeOperators):
+    """People who are all equally far away."""
+
+    def link_delay_s(self, number: int) -> float | None:
+        return ONE_WAY_S
+
+
 @dataclass(frozen=True)
 class Sent:
     """A command in flight."""
@@ -80,7 +88,7 @@ class Sent:
     command: Command
 
 
-class Crowd:
+class Crowd(Listener):
     """Simulates people and networks at random, and checks the log after each step."""
 
     def __init__(self, seed: int) -> None:
@@ -91,10 +99,10 @@ class Crowd:
         self.loop = make_loop(
             self.clock,
             self.driver,
+            self,
             turns=self.turns,
-            settings=DriveSettings(max_stop_distance_m=10.0),
-            link_delay_s=lambda _: ONE_WAY_S,
-            on_events=self._on_events,
+            operators=Near(),
+            drive=DriveSettings(max_stop_distance_m=10.0),
         )
         self.here: list[int] = []
         self.newest_viewer = 0
@@ -277,7 +285,7 @@ class Crowd:
     def _hold(self) -> None:
         self.hold_s, self.neutral_since_s = self.clock.time_s, None
 
-    def _on_events(self, events: tuple[TurnEvent, ...]) -> None:
+    def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
         """Track the turns by their events, and check that the robot was stopped before."""
         for event in events:
             match event:

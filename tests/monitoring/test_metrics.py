@@ -14,8 +14,8 @@ from prometheus_client.parser import text_string_to_metric_families
 from tests.turned_clock import TurnedClock
 
 from wax.config.metrics import MetricSettings
+from wax.control.driving_view import DrivingView
 from wax.control.loop_timer import Lateness
-from wax.control.picture_clock import PictureClock
 from wax.errors import StartError
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
@@ -218,21 +218,20 @@ async def test_they_are_served_on_a_port_of_their_own() -> None:
 
 
 class Rig:
-    """A server with a fake clock, robot, camera and microphone."""
+    """A server with a fake clock, robot and camera."""
 
     def __init__(self) -> None:
         self.clock = TurnedClock()
         self.state = SimpleNamespace(connected=True, problem=None)
         self.control = SimpleNamespace(stepped_s=self.clock.time_s, robot_state=self.state)
         self.video = SimpleNamespace(problem=None)
-        self.audio = SimpleNamespace(problem=None)
         self.is_stopping = False
-        self.picture_clock = PictureClock()
+        self.view = DrivingView()
+        self.view.camera = self.video
         self.readiness = Readiness(
             clock=self.clock,
             control=cast("ControlLoop", self.control),
-            captures=cast("Any", {"video": self.video, "audio": self.audio}),
-            picture_clock=lambda: self.picture_clock,
+            view=self.view,
             is_stopping=lambda: self.is_stopping,
         )
 
@@ -240,7 +239,7 @@ class Rig:
 def test_not_ready_by_pictures_of_unknown_age() -> None:
     """A server is not ready once its pictures' age has been unknown for a while."""
     rig = Rig()
-    rig.picture_clock = rig.picture_clock.after(rig.clock.time_s, None)
+    rig.view.captured(rig.clock.time_s, None)
     assert rig.readiness() == {}
     rig.control.stepped_s = rig.clock.time_s = rig.clock.time_s + 3.1
     assert "nobody knows how old it is" in rig.readiness()["camera"]
@@ -249,8 +248,6 @@ def test_not_ready_by_pictures_of_unknown_age() -> None:
 def test_ready_is_when_somebody_could_drive() -> None:
     """A server is ready with a robot, a camera and a running control loop; sound is optional."""
     rig = Rig()
-    assert rig.readiness() == {}
-    rig.audio.problem = "unplugged"
     assert rig.readiness() == {}
     rig.video.problem = "unplugged"
     rig.state.problem = "no answer"

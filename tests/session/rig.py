@@ -18,6 +18,7 @@ from wax.access.access import Shown
 from wax.cluster.cluster import Cluster, RoomSeat
 from wax.cluster.room_directory import Occupancy, choose
 from wax.config.settings import Settings
+from wax.control.driving_view import DrivingView
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.driver.interface import Aboard, ControlValue, Limits, RobotState, Twist
@@ -209,7 +210,6 @@ class Rig:
             upload_bps=settings.network.upload_bps,
         )
         self.decisions = HostDecisions()
-        self.picture_clock = VOUCHED
         self.records = Records(self.clock)
         self.access = make_access(self.records, self.clock, settings.access)
         self.viewers = Viewers(
@@ -223,25 +223,20 @@ class Rig:
             refused=self.counters.snapshot,
             event_maker=self.heard.event_maker,
         )
+        self.view = DrivingView()
+        self.view.clock = VOUCHED
         self.loop = ControlLoop(
             clock=self.clock,
-            turns=turns,
+            settings=settings,
             driver=self.robot,
-            settings=settings.drive,
-            robot=settings.robot,
-            link_delay_s=self.viewers.link_delay_s,
-            sees=self.viewers.sees,
-            camera_fails=lambda: False,
-            picture_clock=lambda: self.picture_clock,
-            on_hold=lambda: self.decisions.on_hold,
-            max_fraction=self.viewers.max_fraction,
-            on_events=self.viewers.turn_events,
-            on_status=self.viewers.drive_status,
-            controls=settings.controls,
-            gauges=settings.gauges,
+            turns=turns,
+            operators=self.viewers,
+            view=self.view,
         )
         self.has_way_in = True
         self.headroom = Headroom(1.0, self.clock, lambda: 0.0)
+        self.loop.listen(self.viewers)
+
         self.kept = KeptFile(settings.server.state_dir)
         self.room = Room(
             settings=settings,
@@ -257,7 +252,7 @@ class Rig:
                 driver=self.robot,
                 turns=turns,
                 captures={"video": cast("SourceThread[Picture]", self.camera)},
-                picture_clock=lambda: self.picture_clock,
+                view=self.view,
                 access=self.access,
                 decisions=self.decisions,
                 has_way_in=lambda: self.has_way_in,

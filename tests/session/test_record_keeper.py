@@ -23,7 +23,7 @@ from wax.records.file import open_for_reading
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
 from wax.sentence import Sentence, says
-from wax.session.record_keeper import DriveStatus, RecordKeeper, each, refused, why_stopped
+from wax.session.record_keeper import DriveStatus, RecordKeeper, refused, why_stopped
 from wax.streams.interface import StreamState
 from wax.telemetry import Counters
 
@@ -332,13 +332,6 @@ def test_events_that_fail_cost_no_record(rig: Rig, monkeypatch: pytest.MonkeyPat
         rig.keeper.turn_events((TurnStarted(1, 1, 60.0), TurnEnded(1, 1, Why.LEFT)))
     assert [line["event"] for line in logs] == ["events are missing"]
     assert [row["why"] for row in rig.written("turns")] == ["left"]
-
-
-def test_both_are_called() -> None:
-    """One callback calls two others."""
-    told: list[str] = []
-    each(lambda a: told.append(f"first {a}"), lambda a: told.append(f"second {a}"))("x")
-    assert told == ["first x", "second x"]
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ from wax.telemetry import Counters
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
+    from wax.control.loop import ControlLoop
     from wax.protocol.tape_events import TapeEvent
     from wax.session.viewer import Viewer
     from wax.tape.recorder import Recorder
@@ -64,15 +65,14 @@ class Rig:
         self.writing = Writing()
         self.heard = Heard(self.clock)
         self.viewers: list[Viewer] = []
-        self.robot = RobotState(connected=True)
+        self.robot_state = RobotState(connected=True)
         self.latched: LatchedStop | None = None
         self.keeper = TapeKeeper(
             cast("Recorder", self.writing),
             settings=RecordingSettings.model_validate(settings),
             clock=self.clock,
             viewers=self.viewers,
-            latched=lambda: self.latched,
-            robot=lambda: self.robot,
+            control=cast("ControlLoop", self),
             has_sound=True,
             has_cameras=False,
             event_maker=self.heard.event_maker,
@@ -180,8 +180,7 @@ def test_everybody_is_told_what_is_recorded(
         settings=RecordingSettings(),
         clock=TurnedClock(),
         viewers=[],
-        latched=lambda: None,
-        robot=lambda: RobotState(connected=True),
+        control=cast("ControlLoop", SimpleNamespace(latched=None)),
         has_sound=has_sound,
         has_cameras=has_cameras,
         event_maker=Heard(TurnedClock()).event_maker,
@@ -226,7 +225,7 @@ def test_viewers_who_have_left_are_named_no_more() -> None:
 def test_a_value_that_is_no_number_is_unknown(rig: Rig) -> None:
     """A robot may report NaN, with which nobody could read the tape."""
     nan = float("nan")
-    rig.robot = RobotState(
+    rig.robot_state = RobotState(
         connected=True, pose=Pose(nan, 1.0, float("inf")), battery_v=nan, battery_fraction=nan
     )
     rig.steer(Setpoint())
@@ -313,7 +312,7 @@ def test_how_viewers_are_served_is_written(rig: Rig) -> None:
 def test_where_the_robot_is_is_written_ten_times_a_second(rig: Rig) -> None:
     """The pose changes in each tick of the control loop, more often than anybody needs."""
     for number in range(50):
-        rig.robot = RobotState(connected=True, pose=Pose(number / 100, 0.0, 0.0))
+        rig.robot_state = RobotState(connected=True, pose=Pose(number / 100, 0.0, 0.0))
         rig.steer(Setpoint())
     assert 8 <= len(rig.writing.of("reported")) <= 11
 

@@ -1,8 +1,7 @@
 """The control loop: the one place that moves the robot, and stops it at every change of operator.
 
 It sends the robot a set-point at a fixed rate, which the robot's own watchdog expects, and at once
-when a new command changes the set-point. Call everything from the event loop. Callbacks run after
-the robot has its set-point, and must not call back into the control loop.
+when a new command changes the set-point. Call everything from the event loop.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from wax.control import gate, gauge_limits, ramp, speed, stop_latch
 from wax.control.controls_loop import ControlsLoop, is_driving
 from wax.control.gate import GateState, Setpoint
 from wax.control.gauge_limits import GaugeHold
-from wax.control.listener import NoListener
 from wax.control.loop_timer import LoopTimer
 from wax.control.operator_delay import OperatorDelay
 from wax.control.reasons import Hold, Limit
@@ -27,18 +25,17 @@ from wax.control.turn_view import TurnView
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping
 
     from wax.clock import Clock
-    from wax.config.controls import ControlSettings, GaugeSettings
-    from wax.config.drive import DriveSettings
-    from wax.config.robot import RobotSettings
+    from wax.config.settings import Settings
     from wax.control.command import Command
     from wax.control.controls import Operation
+    from wax.control.driving_view import DrivingView
     from wax.control.fairness import Person
     from wax.control.listener import Listener
     from wax.control.loop_timer import Lateness
-    from wax.control.picture_clock import PictureClock
+    from wax.control.operators import Operators
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
@@ -59,53 +56,25 @@ class ControlLoop:
         self,
         *,
         clock: Clock,
-        turns: Turns,
+        settings: Settings,
         driver: Driver,
-        settings: DriveSettings,
-        robot: RobotSettings,
-        # Half of a viewer's shortest recent round trip, None before the first; `OperatorDelay`
-        # keeps the shortest of a turn.
-        link_delay_s: Callable[[int], float | None],
-        # Whether a viewer wants the picture: not if it is off or the robot has no camera.
-        sees: Callable[[int], bool],
-        # Whether nobody gets a picture to drive by.
-        camera_fails: Callable[[], bool],
-        # How well the driving picture's age is known.
-        picture_clock: Callable[[], PictureClock],
-        # Why the host lets nobody drive.
-        on_hold: Callable[[], Sentence | None],
-        # How much of the robot's speed the host lets a viewer use.
-        max_fraction: Callable[[int], float],
-        # Gets every change of the turns.
-        on_events: Callable[[tuple[TurnEvent, ...]], None],
-        # Gets, when one changes: the operator, whether the robot moves, a sentence if it is held or
-        # slowed, and the fraction of the commanded speed that it keeps.
-        on_status: Callable[[int, bool, Sentence | None, float], None],
-        # Is called for every command and set-point.
-        listener: Listener | None = None,
-        # What the robot has besides wheels.
-        controls: Sequence[ControlSettings] = (),
-        # The robot's gauges; some may stop it.
-        gauges: Sequence[GaugeSettings] = (),
+        turns: Turns,
+        operators: Operators,
+        view: DrivingView,
     ) -> None:
         self._clock = clock
         self._turns = turns
         self._safe_driver = SafeDriver(driver)
-        self._rules = Rules.of(settings, robot, driver.limits)
-        self._operator_delay = OperatorDelay(link_delay_s, self._rules)
-        self._sees = sees
-        self._camera_fails = camera_fails
-        self._picture_clock = picture_clock
-        self._on_hold = on_hold
-        self._max_fraction = max_fraction
-        self._on_events = on_events
-        self._on_status = on_status
-        self._listener = listener or NoListener()
-        self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
+        self._rules = Rules.of(settings.drive, settings.robot, driver.limits)
+        self._operator_delay = OperatorDelay(operators.link_delay_s, self._rules)
+        self._operators = operators
+        self._view = view
+        self._listeners: tuple[Listener, ...] = ()
+        self._timer = LoopTimer(loop_hz=settings.drive.loop_hz, ttl_s=driver.limits.ttl_s)
         self._latch = StopLatch()
         self._gate = GateState()
-        self._controls = ControlsLoop(controls, self._rules, self._safe_driver)
-        self._gauges = gauges
+        self._controls = ControlsLoop(settings.controls, self._rules, self._safe_driver)
+        self._gauges = settings.gauges
         self._gauge_hold = GaugeHold()
         self._target = Setpoint()  # where the ramp ends
         self._status: tuple[int, bool, Sentence | None, float] | None = None
@@ -116,6 +85,10 @@ class ControlLoop:
         self._is_urgent = False
         self._woken: asyncio.Future[None] | None = None
         self._alarm: asyncio.TimerHandle | None = None
+
+    def listen(self, *listeners: Listener) -> None:
+        """Tell these, in order, of everything from now on."""
+        self._listeners += listeners
 
     # --- the beat --------------------------------------------------------------------------
 
@@ -162,7 +135,8 @@ class ControlLoop:
         )
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
-        self._listener.steered(self._target, self._safe_driver.twist, turn.number, now_s)
+        for listener in self._listeners:
+            listener.steered(self._target, self._safe_driver.twist, turn.number, now_s)
         self._report_status(turn, failure or self._target.reason)
 
     def tick_turns(self) -> None:
@@ -173,7 +147,7 @@ class ControlLoop:
         if self._stopped:
             return
         now_s = self._clock.now_s()
-        while events := self._turns.tick(now_s, is_kept=self._is_kept()):
+        while events := self._turns.tick(now_s, is_kept=self._is_kept(now_s)):
             self._handle_events(events, now_s)  # then again, for a turn that has just begun
 
     async def _sleep(self) -> None:
@@ -277,7 +251,8 @@ class ControlLoop:
             self._turns.record_motion(viewer, now_s)
         if refusal is None and self._changes_setpoint(turn, now_s):
             self._send_soon(now_s)
-        self._listener.command_handled(viewer, command, refusal, now_s)
+        for listener in self._listeners:
+            listener.command_handled(viewer, command, refusal, now_s)
         return refusal
 
     def operate(
@@ -434,8 +409,8 @@ class ControlLoop:
                     self._safe_driver.stop(event.number)
                 case TurnRenewed():
                     self._operator_delay.renew(event.operator)
-        if events:
-            self._on_events(events)
+        for listener in self._listeners if events else ():
+            listener.turn_events(events)
 
     def _restart_gate(self, viewer: int, now_s: float) -> None:
         """Restart the gate for a new page of the operator's, which numbers anew."""
@@ -456,7 +431,7 @@ class ControlLoop:
     def _check_robot(self, now_s: float) -> Sentence | None:
         """Return why the robot cannot be driven; require neutral then and after a reconnection."""
         epoch = self._safe_driver.epoch
-        problem = self._safe_driver.check(self._turns.number) or self._on_hold()
+        problem = self._safe_driver.check(self._turns.number) or self._operators.on_hold
         self._gauge_hold = gauge_limits.update(
             self._gauge_hold, self._gauges, self.robot_state, now_s
         )
@@ -472,9 +447,9 @@ class ControlLoop:
             operator=operator,
             present=operator is not None and not self._turns.is_lost(operator),
             one_way_s=self._operator_delay.one_way_s(operator),
-            sees=operator is not None and self._sees(operator),
-            picture=self._picture_clock(),
-            max_fraction=0.0 if operator is None else self._max_fraction(operator),
+            sees=operator is not None and self._operators.sees(operator),
+            picture=self._view.clock,
+            max_fraction=0.0 if operator is None else self._operators.max_fraction(operator),
             aboard=self._safe_driver.state.aboard,
         )
 
@@ -483,16 +458,17 @@ class ControlLoop:
 
         Otherwise a person aboard who shares need not wait for an operator.
         """
-        return turn.present and self.latched is None and self._on_hold() is None
+        return turn.present and self.latched is None and self._operators.on_hold is None
 
-    def _is_kept(self) -> bool:
+    def _is_kept(self, now_s: float) -> bool:
         """Whether something other than the operator or their link keeps them from driving."""
         operator, stop = self._turns.operator, self.latched
         if operator is None or self._turns.is_lost(operator):
             return False
         is_stopped = stop is not None and stop.viewer != operator
-        problem = self._safe_driver.problem or self._on_hold() or self._gauge_hold.reason
-        return is_stopped or problem is not None or self.is_taken or self._camera_fails()
+        problem = self._safe_driver.problem or self._operators.on_hold or self._gauge_hold.reason
+        is_blind = self._view.problem(now_s) is not None
+        return is_stopped or problem is not None or self.is_taken or is_blind
 
     def _decide(self, turn: TurnView, now_s: float) -> Setpoint:
         was_lapsed = self._gate.lapsed
@@ -535,7 +511,8 @@ class ControlLoop:
         status = (turn.operator, self._safe_driver.is_moving, reason, share)
         if status != self._status:
             self._status = status
-            self._on_status(*status)
+            for listener in self._listeners:
+                listener.drive_status(*status)
 
 
 def _wake(woken: asyncio.Future[None]) -> None:

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.control.reasons import Refusal
-
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
-    from wax.capture.source import Picture, Sound
-    from wax.capture.source_thread import SourceThread
     from wax.clock import Clock
+    from wax.control.driving_view import DrivingView
     from wax.control.loop import ControlLoop
-    from wax.control.picture_clock import PictureClock
 
 _BEAT_S: Final = 0.5
 """A control loop that has not run for this long, 25 ticks, is stuck."""
@@ -30,29 +26,25 @@ class Readiness:
         *,
         clock: Clock,
         control: ControlLoop,
-        captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
-        picture_clock: Callable[[], PictureClock],
+        view: DrivingView,
         is_stopping: Callable[[], bool],
     ) -> None:
         self._clock = clock
         self._control = control
-        self._captures = captures
-        self._picture_clock = picture_clock
+        self._view = view
         self._is_stopping = is_stopping
 
     def __call__(self) -> dict[str, str]:
         missing = {}
         if self._is_stopping():
             missing["server"] = STOPPING
-        if self._clock.now_s() - self._control.stepped_s > _BEAT_S:
+        now_s = self._clock.now_s()
+        if now_s - self._control.stepped_s > _BEAT_S:
             missing["control"] = LATE
         state = self._control.robot_state
         if not state.connected or state.problem is not None:
             missing["robot"] = str(state.problem or DISCONNECTED)
         # The microphone is left out: the robot can be driven without sound.
-        camera = self._captures.get("video")
-        if camera is not None and camera.problem is not None:
-            missing["camera"] = str(camera.problem)
-        elif self._picture_clock().is_doubted(self._clock.now_s()):
-            missing["camera"] = str(Refusal.UNDATED.value)
+        if (problem := self._view.problem(now_s)) is not None:
+            missing["camera"] = str(problem)
         return missing

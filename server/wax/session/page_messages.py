@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
     from wax.config.settings import Settings
-    from wax.control.picture_clock import PictureClock
+    from wax.control.driving_view import DrivingView
     from wax.control.stop_latch import LatchedStop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver, RobotState
@@ -61,7 +61,7 @@ class PageMessages:
         driver: Driver,
         turns: Turns,
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
-        picture_clock: Callable[[], PictureClock],
+        view: DrivingView,
         access: Access,
         decisions: HostDecisions,
         voices: Voices | None = None,
@@ -82,7 +82,7 @@ class PageMessages:
         self._own_view = driver.own_view if isinstance(driver, KnowsItsView) else None
         self._turns = turns
         self._captures = captures
-        self._picture_clock = picture_clock
+        self._view = view
         self._access = access
         self._decisions = decisions
         self._voices = voices
@@ -336,7 +336,7 @@ class PageMessages:
 
     def _undated(self, now_s: float) -> Sentence | None:
         """Return why nobody can drive by the driving view although it delivers pictures."""
-        is_doubted = self._picture_clock().is_doubted(now_s)
+        is_doubted = self._view.clock.is_doubted(now_s)
         return undated(self._settings.video.source) if is_doubted else None
 
     def _problem(self, stream: str, absent: Sentence | None) -> Sentence | None:

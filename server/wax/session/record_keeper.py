@@ -8,8 +8,9 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal, ParamSpec
+from typing import TYPE_CHECKING, Final, Literal
 
+from wax.control.listener import Listener
 from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
@@ -30,10 +31,9 @@ if TYPE_CHECKING:
     from wax.session.event_maker import EventMaker
     from wax.session.viewer import Viewer
 
-_P = ParamSpec("_P")
 
 DriveStatus = tuple[int, bool, "Sentence | None"]
-"""The operator, whether the robot moves, and what holds it back; see `ControlLoop`."""
+"""The operator, whether the robot moves, and what holds it back; see `Listener`."""
 
 _POLL_S: Final = 1.0
 _UPDATE_S: Final = 60.0
@@ -67,7 +67,7 @@ class _Visit:
     link: LinkStatistics = field(default_factory=LinkStatistics)
 
 
-class RecordKeeper:
+class RecordKeeper(Listener):
     """Polls the viewers once a second, and is called about turns and Stops.
 
     `refused` returns counts that only rise, by reason. No method raises.
@@ -168,7 +168,7 @@ class RecordKeeper:
     def drive_status(
         self, number: int, moving: bool, reason: Sentence | None, _share: float
     ) -> None:
-        """Record when and why the robot stops by itself; see `ControlLoop`."""
+        """Record when and why the robot stops by itself; see `Listener`."""
         with self._contained:
             self._turn_began(self._thrift.due(self._clock.now_s(), is_driven=moving))
             before, self._drive_status = self._drive_status, (number, moving, reason)
@@ -252,16 +252,6 @@ def name_of(reason: Sentence) -> str:
 def refused(counts: Mapping[str, float]) -> dict[str, float]:
     """Return the server's counts of refusals."""
     return {name: count for name, count in counts.items() if _REFUSED.search(name)}
-
-
-def each(*callbacks: Callable[_P, object]) -> Callable[_P, None]:
-    """Return a callback that calls these, in order."""
-
-    def call(*args: _P.args, **kwargs: _P.kwargs) -> None:
-        for callback in callbacks:
-            callback(*args, **kwargs)
-
-    return call
 
 
 def _person_of(viewer: Viewer) -> RecordedPerson:

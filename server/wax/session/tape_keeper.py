@@ -6,6 +6,7 @@ import asyncio
 import math
 from typing import TYPE_CHECKING, Final
 
+from wax.control.listener import Listener
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
 from wax.protocol import messages, robot_report, tape_events
@@ -14,13 +15,14 @@ from wax.sentence import Sentence
 from wax.session.record_keeper import name_of, why_stopped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
     from wax.access.permissions import Role
     from wax.clock import Clock
     from wax.config.recording import RecordingSettings
     from wax.control.command import Command
     from wax.control.gate import Setpoint
+    from wax.control.loop import ControlLoop
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop
     from wax.control.turns import TurnEvent
@@ -43,11 +45,8 @@ _KEPT: Final = Sentence("tape.kept")
 _PRESSED: Final = "pressed"
 
 
-class TapeKeeper:
-    """Listens to the control loop, and polls the viewers once a second.
-
-    `latched` and `robot` return the stop in force and the robot's state. No method raises.
-    """
+class TapeKeeper(Listener):
+    """Listens to the control loop, and polls the viewers once a second; no method raises."""
 
     def __init__(
         self,
@@ -56,8 +55,7 @@ class TapeKeeper:
         settings: RecordingSettings,
         clock: Clock,
         viewers: Iterable[Viewer],
-        latched: Callable[[], LatchedStop | None],
-        robot: Callable[[], RobotState],
+        control: ControlLoop,
         has_sound: bool,
         has_cameras: bool,
         event_maker: EventMaker,
@@ -67,8 +65,7 @@ class TapeKeeper:
         self._has_names = settings.names
         self._clock = clock
         self._viewers = viewers
-        self._latched = latched
-        self._robot = robot
+        self._control = control
         why = _sentence(settings, has_sound=has_sound, has_cameras=has_cameras)
         self._runs = messages.Tape(running=True, why=why)
         self._operator: int | None = None
@@ -99,7 +96,7 @@ class TapeKeeper:
         status = self.status()
         return _KEPT if status.running else Sentence("tape.kept_but", {"but": status.why})
 
-    # --- the control loop's ------------------------------------------------------------------
+    # --- what the control loop tells (Listener) ----------------------------------------------
 
     def command_handled(
         self, viewer: int, command: Command, refusal: Refusal | None, now_s: float
@@ -125,7 +122,7 @@ class TapeKeeper:
 
     def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
         with self._contained:
-            self._follow_stop(self._latched(), now_s)
+            self._follow_stop(self._control.latched, now_s)
             reason = None
             if wanted.reason is not None:
                 reason = _PRESSED if self._stop is not None else name_of(wanted.reason)
@@ -141,7 +138,7 @@ class TapeKeeper:
                 ),
                 now_s,
             )
-            self._write_robot(self._robot(), now_s)
+            self._write_robot(self._control.robot_state, now_s)
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
         with self._contained:
@@ -163,7 +160,7 @@ class TapeKeeper:
         with self._contained:
             before, self._drive_status = self._drive_status, (number, moving, reason)
             why = why_stopped(before, self._drive_status)
-            if why is None or self._latched() is not None:
+            if why is None or self._control.latched is not None:
                 return
             self._recorder.event(tape_events.Faulted(operator=number, why=why), self._clock.now_s())
             self._keep("fault")

@@ -1,4 +1,4 @@
-"""The registry of viewers, and the control loop's callbacks about them."""
+"""The registry of viewers, and what the control loop asks and tells about them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.control.listener import Listener
 from wax.control.turns import PlaceLost, TurnEnded, TurnStarted, Why
 from wax.protocol import messages
 from wax.sentence import Sentence
@@ -29,7 +30,7 @@ _TOLD: Final = {
 """What an operator reads when their turn ends unexpectedly."""
 
 
-class Viewers:
+class Viewers(Listener):
     """The viewers in order of arrival; viewers may leave during an iteration."""
 
     def __init__(
@@ -89,7 +90,7 @@ class Viewers:
         is_changed, self._is_changed = self._is_changed, False
         return is_changed
 
-    # --- callbacks of the control loop -------------------------------------------------------
+    # --- what the control loop tells (Listener) -----------------------------------------------
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
         """Apply the policy of each new role, and inform everybody."""
@@ -121,6 +122,13 @@ class Viewers:
         viewer = self._viewers.get(number)
         if viewer is not None:
             viewer.drive_status = messages.DriveStatus(moving=moving, reason=reason, share=share)
+
+    # --- what it asks (Operators) --------------------------------------------------------------
+
+    @property
+    def on_hold(self) -> Sentence | None:
+        """Why the host lets nobody drive; None if people may."""
+        return self._decisions.on_hold
 
     def link_delay_s(self, number: int) -> float | None:
         """Return half the least round trip of a viewer's last 10 s, in s; None if unknown."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Protocol
 
 from wax.access import permissions
+from wax.control.listener import Listener
 from wax.protocol import messages
 from wax.rate_limits import TokenBucket
 from wax.sentence import Sentence
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from wax.access.permissions import Role
     from wax.clock import Clock
+    from wax.control.turns import TurnEvent
     from wax.session.host_decisions import HostDecisions
     from wax.session.viewer import Viewer
     from wax.telemetry import Counters
@@ -59,7 +61,7 @@ class _Speaking:
     told_s: float = float("-inf")
 
 
-class Voices:
+class Voices(Listener):
     """Passes a voice to the `speaker`, or tells its sender why not; never raises.
 
     `role` returns a viewer's current role. Call all methods from the event loop.
@@ -124,6 +126,9 @@ class Voices:
         if one is None or self._is_muted or not self._may_speak(one.viewer):
             self._floor.clear()
             self._speaker.hush()
+
+    def turn_events(self, _events: tuple[TurnEvent, ...]) -> None:
+        self.check()
 
     def send_changes(self, now_s: float) -> None:
         """Tell the pages what has changed; call it a few times a second."""
