@@ -224,9 +224,9 @@ async def test_no_driver_hides_the_status(monkeypatch: pytest.MonkeyPatch) -> No
     state = RobotState(connected=True, bumpers=2, extra=extra)
     monkeypatch.setattr(SimulatedRobot, "state", lambda _: state)
     app = _app()
-    app._control.step(SystemClock().now_s())
+    app._parts.control.step(SystemClock().now_s())
     robot = app._status()["robot"]
-    app._control.stop()
+    app._parts.control.stop()
     assert isinstance(robot, dict)
     shown = {name: robot[name] for name in ("connected", "kind", "bumpers", "wheel_slip")}
     assert shown == {"connected": True, "kind": "simulated", "bumpers": 2, "wheel_slip": 0.5}
@@ -241,14 +241,14 @@ async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.Monkey
     monkeypatch.setattr(Status, "run", die)
     app = _app()
     told: list[str] = []
-    close = app._driver.close
+    close = app._parts.driver.close
 
     def noted_close() -> None:
         told.append("close")
         close()
 
-    monkeypatch.setattr(app._driver, "stop", lambda _turn: told.append("stop"))
-    monkeypatch.setattr(app._driver, "close", noted_close)
+    monkeypatch.setattr(app._parts.driver, "stop", lambda _turn: told.append("stop"))
+    monkeypatch.setattr(app._parts.driver, "close", noted_close)
     with pytest.raises(StartError, match="'status' failed"):
         await asyncio.wait_for(app.run(lambda _port: None), 10)
     assert told[0] == "stop"
@@ -268,8 +268,8 @@ async def test_the_overlay_is_switched_by_its_key(is_on: bool) -> None:
     """With `[video] timestamp_overlay` each picture carries its time."""
     app = _app(timestamp_overlay=is_on)
     picture = Picture(np.full((720, 640), 90, np.uint8), SystemClock().now_s())
-    app._captures["video"]._sink(picture)  # type: ignore[arg-type]  # it is the camera's
-    found = app._video.slot.newer_than(0, 0.0)
+    app._parts.pipelines.captures["video"]._sink(picture)  # type: ignore[arg-type]  # it is the camera's
+    found = app._parts.pipelines.video.slot.newer_than(0, 0.0)
     assert found is not None
     assert (found[1].i420 != picture.i420).any() == is_on
 
@@ -278,7 +278,7 @@ async def test_a_taken_udp_port_is_a_sentence() -> None:
     """A second server beside the first, on another port of its own, needs another UDP port too."""
     first = _app()
     async with started(first):
-        taken = first._network.udp_port
+        taken = first._parts.network.udp_port
         second = _app(NO_DEVICES, {"network": {"udp_port": taken}})
         with pytest.raises(StartError, match=f"UDP port {taken}.*in use.*`ss -.*--udp-port"):
             await second.run(lambda _port: None)
@@ -322,11 +322,11 @@ async def test_a_hook_is_told_from_the_beginning_to_the_end(tmp_path: Path) -> N
             for _ in range(2):
                 await asyncio.wait_for(receiver.arrived.get(), 10)
             async with asyncio.timeout(10):  # until its answer is read, it would be told again
-                while app._hooks.status()[0]["waiting"]:  # noqa: ASYNC110  # as the page asks
+                while app._parts.hooks.status()[0]["waiting"]:  # noqa: ASYNC110  # as the page asks
                     await asyncio.sleep(0.01)
-            assert app._status()["hooks"] == app._hooks.status()
-            assert app._hooks.status()[1]["waiting"] == 2
-            assert [one.code for one in app._hooks.problems()] == ["hook.waiting"]
+            assert app._status()["hooks"] == app._parts.hooks.status()
+            assert app._parts.hooks.status()[1]["waiting"] == 2
+            assert [one.code for one in app._parts.hooks.problems()] == ["hook.waiting"]
         types = [json.loads(body)["type"] for *_, body in receiver.asked]
     assert types == ["server.ready", "door.opened", "server.ending"]
 
@@ -350,9 +350,9 @@ def test_what_fails_is_seen_by_its_part(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(Turns, "queue", (4, 5, 6))
     state = RobotState(connected=True, battery_fraction=0.1, gauges={"amps": 7.0})
     monkeypatch.setattr(SimulatedRobot, "state", lambda _: state)
-    app._control.step(SystemClock().now_s())
+    app._parts.control.step(SystemClock().now_s())
     seen = app._seen()
-    app._control.stop()
+    app._parts.control.stop()
     assert (seen.is_open, seen.waiting, seen.battery_fraction) == (True, 3, 0.1)
     assert seen.faults == {
         ("camera", None): "camera.silent",
@@ -368,6 +368,6 @@ async def test_nothing_is_recorded_unless_configured(state_folder: Path) -> None
     """Without recording, no folder is created, and nothing is encoded that nobody watches."""
     app = _app()
     async with started(app):
-        assert app._video.wanted == []
+        assert app._parts.pipelines.video.wanted == []
         assert app._status()["tape"] is None
     assert not (state_folder / "tape").exists()

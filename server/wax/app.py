@@ -1,7 +1,6 @@
 """The composition root: builds every part, wires it, starts and stops it in order.
 
-picture: source → capture → slot → rendition → lane → track → browser
-sound:   source → capture → blocks → encoder → lane → track → browser
+picture and sound: `wax.pipelines`
 command: browser → data channel → viewer → gate → control loop → driver
 voice:   browser → receiver → floor → jitter buffer → decoder → speaker
 """
@@ -21,28 +20,14 @@ from wax import __version__, state_dir
 from wax.access.access import Access
 from wax.access.host_link import HostLinkSocket
 from wax.access.secret_file import load_secret
-from wax.baseline.streams import BaselineService, thesis_video
-from wax.baseline.unit_hub import UnitHub
-from wax.capture import find_sources
-from wax.capture.audio_blocks import Blocks
-from wax.capture.blanking import Blanking
-from wax.capture.channel_faults import ChannelFaults
-from wax.capture.source_thread import SourceThread
-from wax.capture.timestamp_overlay import TimestampOverlay
-from wax.cluster.cluster import Cluster, PublishedSources
-from wax.cluster.room_directory import published, upload_left_bps
+from wax.cluster.cluster import Cluster
 from wax.config.opening_hours import OpeningHours, zone_of
-from wax.control.driving_view import DrivingView
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.door.tunnel import Tunnel
 from wax.edge.turnstile import Turnstile
-from wax.encode.choice import choose
-from wax.encode.video_encoder import IntraEncoder
 from wax.errors import StartError
-from wax.fanout.camera import Camera
 from wax.fanout.sound_hub import SoundHub
-from wax.fanout.video_hub import VideoHub
 from wax.hooks.hooks import Hooks
 from wax.house.house import House
 from wax.machine import cores, memory
@@ -50,6 +35,7 @@ from wax.machine.service_manager import ServiceManager
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
 from wax.monitoring.readiness import Readiness
+from wax.pipelines import Pipelines
 from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
 from wax.robot.process.driver import ProcessDriver
@@ -62,7 +48,7 @@ from wax.session.headroom import Headroom
 from wax.session.host_decisions import HostDecisions
 from wax.session.house_states import house_states
 from wax.session.kept_state import KeptFile
-from wax.session.page_messages import PageMessages
+from wax.session.parts import Parts
 from wax.session.proof_runner import ProofRunner
 from wax.session.record_keeper import RecordKeeper, refused
 from wax.session.room import Room
@@ -72,10 +58,9 @@ from wax.session.viewers import Viewers
 from wax.session.voices import Voices
 from wax.speaker.find_speaker import make_speaker
 from wax.speaker.speaker_thread import SpeakerThread
-from wax.streams.live import LiveService
 from wax.tape.tape import TapeFeed
 from wax.tasks import TaskSupervisor
-from wax.telemetry import Counters, CountRates
+from wax.telemetry import Counters
 from wax.web import descriptors
 from wax.web.branding import BrandedPage
 from wax.web.entrance import Entrance
@@ -89,7 +74,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from wax.capture.source import Picture, Sound
     from wax.clock import Clock
     from wax.config.server import ServerSettings
     from wax.config.settings import Settings
@@ -111,8 +95,6 @@ class App:
     of the event loop.
     """
 
-    _audio: SoundHub | UnitHub
-
     def __init__(
         self,
         *,
@@ -127,85 +109,18 @@ class App:
         self._died: str | None = None
         self._supervisor = TaskSupervisor(self._task_died)
         self._service_manager = ServiceManager(os.environ)
-        self._counters = Counters()
-        self._driver = make_robot(
-            settings.robot,
-            clock,
-            settings.log,
-            settings.local,
-            claim=_claim(settings),
-            controls=settings.controls,
-        )
-        self._decisions, self._kept = HostDecisions(), KeptFile(settings.server.state_dir)
-        self._blanking = Blanking(lambda: self._decisions.is_blanked)
-        is_thesis = settings.sync.policy == "thesis"
-        self._encoders = [] if is_thesis else choose([settings.video, *settings.camera])
-        self._cameras = [
-            Camera(
-                one,
-                find_sources.make_camera(one, clock, self._driver),
-                clock=clock,
-                blank=self._blanking.picture,
-                make_encoder=makers.make,
-            )
-            for one, makers in zip(settings.camera, self._encoders[1:], strict=True)
-        ]
-        self._cluster = Cluster(clock=clock, counters=self._counters)
-        self._service = self._make_thesis_service() if is_thesis else self._make_live_service()
-        self._view, self._blocks = DrivingView(), Blocks()
-        self._captures = self._make_captures()
-        self._channel_faults = ChannelFaults(_log_channel_fault, most=settings.audio.channels)
+        turnstile = Turnstile(clock)
         self._ice = IceServers(settings.network, settings.relay)
-        self._turns, turnstile = Turns(settings.turns), Turnstile(clock)
-        self._headroom = Headroom(cores.usable(), clock, lambda: turnstile.charged_s)
-        self._network = Network(settings.network, self._ice, clock, turnstile)
-        self._tape = self._make_tape()
-        self._viewers = Viewers(
-            sync=settings.sync,
-            turns=self._turns,
-            has_camera="video" in self._captures,
-            decisions=self._decisions,
-        )
-        self._control = ControlLoop(
-            clock=clock,
-            settings=settings,
-            driver=self._driver,
-            turns=self._turns,
-            operators=self._viewers,
-            view=self._view,
-        )
-        speaker = make_speaker(settings.voice, clock, self._driver)
-        self._speaker = None if speaker is None else SpeakerThread(speaker, clock)
-        self._voices = self._make_voices()
-        self._records = open_records(settings.records, settings.server.state_dir, clock)
-        self._access = Access(
-            settings.access, self._records, clock, load_secret(settings.server.state_dir)
-        )
-        self._hooks = Hooks(settings.hook, clock, lambda: self._entrance.port)
-        self._house = House(
-            settings,
-            clock,
-            seen=self._house_states,
-            act=lambda act: self._room.house_acts(act),  # noqa: PLW0108 - made below
-        )
-        self._tunnel = Tunnel(settings, clock, lambda: self._entrance.port)
-        self._keeper = RecordKeeper(
-            records=self._records,
-            clock=clock,
-            viewers=self._viewers,
-            refused=lambda: refused(self._counters.snapshot() | self._control.counts()),
-            event_maker=EventMaker(clock=clock, seen=self._seen, send=self._send),
-        )
-        self._tape_keeper = self._make_tape_keeper()
-        listeners = (self._viewers, self._keeper, self._voices, self._tape_keeper)
-        self._control.listen(*(one for one in listeners if one is not None))
-        self._room = self._make_room()
-        self._status = self._make_status(steps)
+        self._parts = parts = self._make_parts(turnstile)
+        listeners = (parts.viewers, parts.keeper, parts.voices, parts.tape)
+        parts.control.listen(*(one for one in listeners if one is not None))
+        self._room = Room(parts)
+        self._status = Status(parts, self._room, steps)
         self._proof_runner = ProofRunner(
-            control=self._control,
-            driver=self._driver,
+            control=parts.control,
+            driver=parts.driver,
             config_path=config_path,
-            changed=self._viewers.changed,
+            changed=parts.viewers.changed,
         )
         routes = self._make_routes()
         self.tls = make_tls(settings.server, clock)
@@ -236,7 +151,7 @@ class App:
             memory.settle()
             self._service_manager.ready()
             on_ready(self._entrance.port)
-            self._keeper.event_maker.ready(__version__)
+            self._parts.keeper.event_maker.ready(__version__)
             await self._stopping.wait()
         finally:
             await self._shut_down()
@@ -249,7 +164,7 @@ class App:
         The secret is a fragment (RFC 3986, 3.5), which browsers never send.
         """
         scheme = "https" if self.tls else "http"
-        secret = self._access.new_host_link()
+        secret = self._parts.access.new_host_link()
         urls = page_urls(self._settings.server.host, self._entrance.port, scheme)
         public = self._settings.server.public_url
         return [f"{url}/#host={secret}" for url in (*urls, *([public] if public else []))]
@@ -265,212 +180,191 @@ class App:
 
     def stop(self) -> None:
         """Stop the robot at once, then let `run` end."""
-        self._control.stop()
+        self._parts.control.stop()
         self._proof_runner.break_off()
         self._stopping.set()
 
     async def _start(self) -> None:
         # The ports first: if a server is already running, it must keep the robot and the camera.
         await self._entrance.open()
-        await self._network.open()
+        await self._parts.network.open()
         await self._host_link.open()
         if self._metrics is not None:
             await self._metrics.open()
-        self._records.start()
-        self._driver.open()
+        self._parts.records.start()
+        self._parts.driver.open()
         self._room.resume()
-        self._kept.start()
-        self._video.start()
-        self._audio.start()
-        for capture in (*self._captures.values(), *self._cameras):
-            capture.start()
-        if self._speaker is not None:
-            self._speaker.start()
+        self._parts.kept.start()
+        self._parts.pipelines.start()
+        if self._parts.speaker is not None:
+            self._parts.speaker.start()
         if self._tape is not None:
             self._tape.start()
-        self._tunnel.start()
-        self._supervisor.spawn("control loop", self._control.run())
+        self._parts.tunnel.start()
+        self._supervisor.spawn("control loop", self._parts.control.run())
         self._supervisor.spawn("memory", memory.run())
         self._supervisor.spawn("room", self._room.run())
-        self._supervisor.spawn("headroom", self._headroom.run())
+        self._supervisor.spawn("headroom", self._parts.headroom.run())
         self._supervisor.spawn("status", self._status.run())
-        self._supervisor.spawn("public address", self._network.run())
-        self._supervisor.spawn("records", self._keeper.run())
-        if self._tape_keeper is not None:
-            self._supervisor.spawn("tape", self._tape_keeper.run())
-        self._supervisor.spawn("cluster", self._cluster.run())
-        self._supervisor.spawn("hooks", self._hooks.run())
-        self._supervisor.spawn("house", self._house.run())
+        self._supervisor.spawn("public address", self._parts.network.run())
+        self._supervisor.spawn("records", self._parts.keeper.run())
+        if self._parts.tape is not None:
+            self._supervisor.spawn("tape", self._parts.tape.run())
+        self._supervisor.spawn("cluster", self._parts.cluster.run())
+        self._supervisor.spawn("hooks", self._parts.hooks.run())
+        self._supervisor.spawn("house", self._parts.house.run())
         self._supervisor.spawn("service manager", self._service_manager.run())
 
     async def _shut_down(self) -> None:
-        self._control.stop()
+        self._parts.control.stop()
         self._proof_runner.break_off()
         self._service_manager.stopping()
         try:
             async with asyncio.timeout(_STOP_S):
                 await self._supervisor.stop()
                 await self._proof_runner.stop()
-                self._keeper.close()
+                self._parts.keeper.close()
                 # Concurrently, so that several slow devices share one wait.
                 await asyncio.gather(
                     self._room.close(),
                     asyncio.to_thread(self._stop_threads),
-                    self._hooks.close(),
-                    self._house.close(),
+                    self._parts.hooks.close(),
+                    self._parts.house.close(),
                 )
                 await self._host_link.close()
                 if self._metrics is not None:
                     await self._metrics.close()
                 await self._entrance.close()
-                if not await asyncio.to_thread(self._kept.close):
+                if not await asyncio.to_thread(self._parts.kept.close):
                     _LOG.warning("a Stop in force may end with the server", error="a slow disk")
         except TimeoutError:
             _LOG.warning("not everything ended in time; exiting anyway")
         finally:
-            self._network.close()
-            if self._died is not None and isinstance(self._driver, ProcessDriver):
-                self._driver.abandon()  # a person aboard drives on
+            self._parts.network.close()
+            if self._died is not None and isinstance(self._parts.driver, ProcessDriver):
+                self._parts.driver.abandon()  # a person aboard drives on
             else:
-                self._driver.close()
+                self._parts.driver.close()
 
     def _stop_threads(self) -> None:
-        speakers = () if self._speaker is None else (self._speaker,)
+        speakers = () if self._parts.speaker is None else (self._parts.speaker,)
         tape = () if self._tape is None else (self._tape,)
-        captures = (*self._captures.values(), *self._cameras)
-        parts = (*captures, self._video, self._records, self._tunnel, *speakers, *tape)
-        for part in parts:
-            part.request_stop()
-        for part in parts:
-            part.stop()
+        others = (self._parts.records, self._parts.tunnel, *speakers, *tape)
+        threads = (*self._parts.pipelines.threads, *others)
+        for thread in threads:
+            thread.request_stop()
+        for thread in threads:
+            thread.stop()
 
-    def _make_thesis_service(self) -> Service:
-        thesis = self._settings.thesis
-        video = thesis_video(self._settings.video, thesis)
-        self._video = VideoHub(settings=video, clock=self._clock, make_encoder=IntraEncoder)
-        self._audio = UnitHub(mu_ms=thesis.audio_mu_ms)
-        return BaselineService(
-            clock=self._clock, settings=thesis, video=self._video, audio=self._audio
+    def _make_parts(self, turnstile: Turnstile) -> Parts:
+        settings, clock, counters = self._settings, self._clock, Counters()
+        driver = make_robot(
+            settings.robot,
+            clock,
+            settings.log,
+            settings.local,
+            claim=_claim(settings),
+            controls=settings.controls,
         )
-
-    def _make_live_service(self) -> Service:
-        settings, clock, make = self._settings, self._clock, self._encoders[0].make
-        self._video = VideoHub(settings=settings.video, clock=clock, make_encoder=make)
-        self._audio = SoundHub()
-        service = LiveService(
+        decisions, turns = HostDecisions(), Turns(settings.turns)
+        pipelines = Pipelines(settings, clock, driver, lambda: decisions.is_blanked)
+        cluster = Cluster(clock=clock, counters=counters)
+        pipelines.publish(cluster)
+        self._tape = self._make_tape(counters, pipelines)
+        viewers = Viewers(
+            sync=settings.sync,
+            turns=turns,
+            has_camera="video" in pipelines.captures,
+            decisions=decisions,
+        )
+        control = ControlLoop(
             clock=clock,
-            video_settings=settings.video,
-            audio_settings=settings.audio,
-            video=self._video,
-            audio=self._audio,
-            upload_bps=upload_left_bps(
-                settings.network.upload_bps, settings.video.renditions, settings.publish
-            ),
-            cameras=self._cameras,
+            settings=settings,
+            driver=driver,
+            turns=turns,
+            operators=viewers,
+            view=pipelines.view,
         )
-        self._cluster.publish(
-            settings.publish,
-            [one.name for one in published(settings.video.renditions)],
-            PublishedSources(
-                service.codecs,
-                self._video,
-                self._audio if settings.access.strangers_hear else None,
-            ),
+        records = open_records(settings.records, settings.server.state_dir, clock)
+        hooks = Hooks(settings.hook, clock, lambda: self._entrance.port)
+        house = House(
+            settings,
+            clock,
+            seen=self._house_states,
+            act=lambda act: self._room.house_acts(act),  # noqa: PLW0108 - made later
         )
-        return service
-
-    def _make_room(self) -> Room:
-        tape = self._tape_keeper
-        return Room(
-            settings=self._settings,
-            clock=self._clock,
-            counters=self._counters,
-            service=self._service,
-            turns=self._turns,
-            viewers=self._viewers,
-            control=self._control,
-            page_messages=PageMessages(
-                settings=self._settings,
-                service=self._service,
-                driver=self._driver,
-                turns=self._turns,
-                captures=self._captures,
-                view=self._view,
-                access=self._access,
-                decisions=self._decisions,
-                voices=self._voices,
-                tape=lambda: None if tape is None else tape.status(),
-                cameras=self._cameras,
-                has_way_in=lambda: self._tunnel.problem is None,
-                problems=lambda: [
-                    *self._kept.problems(),
-                    *self._tunnel.problems(),
-                    *self._hooks.problems(),
-                    *self._house.problems(),
-                ],
-            ),
-            access=self._access,
-            decisions=self._decisions,
-            kept=self._kept,
-            records=self._records,
-            keeper=self._keeper,
-            network=self._network,
-            cluster=self._cluster,
-            has_time=self._headroom.has_time,
-            voices=self._voices,
-            tape=tape,
+        keeper = RecordKeeper(
+            records=records,
+            clock=clock,
+            viewers=viewers,
+            refused=lambda: refused(counters.snapshot() | control.counts()),
+            event_maker=EventMaker(clock=clock, seen=self._seen, send=self._send),
         )
-
-    def _make_status(self, steps: Callable[[], dict[str, dict[str, float]]]) -> Status:
-        return Status(
-            clock=self._clock,
-            room=self._room,
-            viewers=self._viewers,
-            control=self._control,
-            turns=self._turns,
-            driver=self._driver,
-            video=self._video,
-            audio=self._audio,
-            captures=self._captures,
-            blocks=self._blocks,
-            channel_faults=self._channel_faults,
-            cluster=self._cluster,
-            tape=None if self._tape is None else self._tape.recorder,
-            counters=self._counters,
-            rates=CountRates(),
-            speaker=self._speaker,
-            cameras=self._cameras,
-            encoders=self._encoders,
-            hooks=self._hooks.status,
-            door=self._tunnel.status,
-            steps=steps,
+        sound_out = make_speaker(settings.voice, clock, driver)
+        speaker = None if sound_out is None else SpeakerThread(sound_out, clock)
+        return Parts(
+            settings=settings,
+            clock=clock,
+            counters=counters,
+            driver=driver,
+            pipelines=pipelines,
+            network=Network(settings.network, self._ice, clock, turnstile),
+            cluster=cluster,
+            turns=turns,
+            viewers=viewers,
+            control=control,
+            access=Access(settings.access, records, clock, load_secret(settings.server.state_dir)),
+            decisions=decisions,
+            kept=KeptFile(settings.server.state_dir),
+            records=records,
+            keeper=keeper,
+            headroom=Headroom(cores.usable(), clock, lambda: turnstile.charged_s),
+            tunnel=Tunnel(settings, clock, lambda: self._entrance.port),
+            hooks=hooks,
+            house=house,
+            speaker=speaker,
+            voices=None
+            if speaker is None
+            else Voices(
+                speaker=speaker,
+                clock=clock,
+                counters=counters,
+                decisions=decisions,
+                viewers=viewers,
+                turns=turns,
+                control=control,
+            ),
+            tape=self._make_tape_keeper(viewers, control, keeper),
         )
 
     def _make_routes(self) -> Routes:
         settings, clock = self._settings, self._clock
-        page = _page_data(self._service, settings.sync, has_voice=self._speaker is not None)
+        page = _page_data(
+            self._parts.pipelines.service, settings.sync, has_voice=self._parts.speaker is not None
+        )
         return Routes(
-            room=self._room,
-            clock=clock,
+            self._parts,
+            self._room,
             proving=self._proof_runner,
             ice=self._ice,
             status=lambda: (
                 self._status()
-                | {"connections": self._entrance.limits.status(), "mqtt": self._house.status()}
+                | {
+                    "connections": self._entrance.limits.status(),
+                    "mqtt": self._parts.house.status(),
+                }
             ),
             branding=BrandedPage(settings.page, page, settings.server.public_url),
             guards=Guards(
                 settings.server,
                 clock,
-                self._network.public_addresses,
+                self._parts.network.public_addresses,
                 [one.livekit for one in settings.publish if one.livekit],
             ),
-            access=self._access,
-            offers_hz=settings.server.max_offers_per_address_hz,
             missing=Readiness(
                 clock=clock,
-                control=self._control,
-                view=self._view,
+                control=self._parts.control,
+                view=self._parts.pipelines.view,
                 is_stopping=self._stopping.is_set,
             ),
             calendar=_calendar(settings, clock),
@@ -482,60 +376,62 @@ class App:
         metrics = Metrics(
             status=self._status,
             refused=refused,
-            stops=self._keeper.stops,
-            lateness=self._control.lateness,
-            records=self._records,
+            stops=self._parts.keeper.stops,
+            lateness=self._parts.control.lateness,
+            records=self._parts.records,
         )
         return MetricsListener(self._settings.metrics, metrics.text)
 
-    def _make_tape(self) -> TapeFeed | None:
+    def _make_tape(self, counters: Counters, pipelines: Pipelines) -> TapeFeed | None:
         """Return the tape, None unless recording is enabled; raises `StateError`."""
-        if not self._settings.recording.enabled or not isinstance(self._audio, SoundHub):
+        if not self._settings.recording.enabled or not isinstance(pipelines.audio, SoundHub):
             return None
         return TapeFeed(
             self._settings,
             clock=self._clock,
-            counters=self._counters,
-            video=self._video if "video" in self._captures else None,
-            audio=self._audio if "audio" in self._captures else None,
-            cameras=self._cameras,
+            counters=counters,
+            video=pipelines.video if "video" in pipelines.captures else None,
+            audio=pipelines.audio if "audio" in pipelines.captures else None,
+            cameras=pipelines.cameras,
         )
 
-    def _make_tape_keeper(self) -> TapeKeeper | None:
+    def _make_tape_keeper(
+        self, viewers: Viewers, control: ControlLoop, keeper: RecordKeeper
+    ) -> TapeKeeper | None:
         if self._tape is None:
             return None
         return TapeKeeper(
             self._tape.recorder,
             settings=self._settings.recording,
             clock=self._clock,
-            viewers=self._viewers,
-            control=self._control,
+            viewers=viewers,
+            control=control,
             has_sound=self._tape.has_sound,
             has_cameras=self._tape.has_cameras,
-            event_maker=self._keeper.event_maker,
+            event_maker=keeper.event_maker,
         )
 
     def _send(self, event: Event) -> None:
-        self._hooks.put(event)
-        self._house.put(event)
+        self._parts.hooks.put(event)
+        self._parts.house.put(event)
 
     def _seen(self) -> StateSeen:
         """Return the state from whose changes events are made."""
         problems: dict[Fault, Sentence | None] = {
             ("camera" if name == "video" else "microphone", None): one.problem
-            for name, one in self._captures.items()
+            for name, one in self._parts.pipelines.captures.items()
         }
-        problems |= {("camera", one.name): one.problem for one in self._cameras}
-        state = self._control.robot_state
+        problems |= {("camera", one.name): one.problem for one in self._parts.pipelines.cameras}
+        state = self._parts.control.robot_state
         return StateSeen(
-            is_open=self._access.is_open,
-            waiting=len(self._turns.queue),
+            is_open=self._parts.access.is_open,
+            waiting=len(self._parts.turns.queue),
             faults=faults(
                 problems,
                 state,
                 self._settings.gauges,
-                self._cluster.lost,
-                self._tunnel.problem,
+                self._parts.cluster.lost,
+                self._parts.tunnel.problem,
             ),
             battery_fraction=state.battery_fraction,
         )
@@ -544,73 +440,13 @@ class App:
         return house_states(
             self._room.snapshot(self._clock.now_s()),
             self._settings.gauges,
-            is_open=self._access.is_open,
+            is_open=self._parts.access.is_open,
             names=self._settings.mqtt.names,
-        )
-
-    def _make_voices(self) -> Voices | None:
-        if self._speaker is None:
-            return None
-        return Voices(
-            speaker=self._speaker,
-            clock=self._clock,
-            counters=self._counters,
-            decisions=self._decisions,
-            role=lambda viewer: self._room.viewer_role(viewer),  # noqa: PLW0108 - made below
-            changed=self._viewers.changed,
         )
 
     def _task_died(self, name: str) -> None:
         self._died = name
         self.stop()
-
-    def _make_captures(self) -> dict[str, SourceThread[Picture] | SourceThread[Sound]]:
-        video, audio = self._settings.video, self._settings.audio
-        cameras = self._settings.camera
-        find_sources.warn_of_shared_addresses(video.source, audio.source, cameras)
-        taken = [one.source for one in cameras]
-        sources = find_sources.make_sources(video, audio, self._clock, self._driver, taken)
-        captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
-        if sources.video is not None:
-            captures["video"] = self._view.camera = SourceThread(
-                sources.video,
-                self._picture_handler(),
-                name="camera",
-                clock=self._clock,
-            )
-        if sources.audio is not None:
-            captures["audio"] = SourceThread(
-                sources.audio,
-                self._handle_sound,
-                name="microphone",
-                clock=self._clock,
-            )
-        return captures
-
-    def _picture_handler(self) -> Callable[[Picture], None]:
-        """Return the function that handles pictures in the camera's thread."""
-        put: Callable[[Picture], None] = self._video.slot.put
-        if self._settings.video.timestamp_overlay:
-            put = TimestampOverlay(self._clock, put)
-
-        def handle(picture: Picture) -> None:
-            self._view.captured(picture.captured_s, picture.within_s)
-            put(self._blanking.picture(picture))
-
-        return handle
-
-    def _handle_sound(self, sound: Sound) -> None:
-        """Handle sound, in the microphone's thread."""
-        heard = self._channel_faults.push(self._blanking.sound(sound))
-        for block in self._blocks.push(heard):
-            self._audio.push(block)
-
-
-def _log_channel_fault(problem: str | None) -> None:
-    if problem is None:
-        _LOG.info("both channels of the microphone are back")
-    else:
-        _LOG.warning("one channel of the microphone has failed", problem=problem)
 
 
 def _fitting(settings: Settings) -> ServerSettings:

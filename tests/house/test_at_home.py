@@ -52,13 +52,13 @@ async def test_the_robot_at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         }
         app = App(settings=Settings.model_validate(tree), clock=SystemClock())
         stopped_s: list[float] = []
-        stop = app._driver.stop
+        stop = app._parts.driver.stop
 
         def noted_stop(turn: int) -> None:
             stopped_s.append(time.monotonic())
             stop(turn)
 
-        monkeypatch.setattr(app._driver, "stop", noted_stop)
+        monkeypatch.setattr(app._parts.driver, "stop", noted_stop)
         ready = asyncio.Event()
         running_app = asyncio.create_task(app.run(lambda _: ready.set()))
         await ready.wait()
@@ -67,7 +67,7 @@ async def test_the_robot_at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         assert found["device"]["name"] == "Rover"
         await async_until(lambda: '"server.ready"' in "".join(home.events))
         assert home.value("wax/rover/paused") == "OFF"
-        assert app._control.latched is None
+        assert app._parts.control.latched is None
 
         home.says("wax/rover/open/set", "OFF")
         await async_until(lambda: home.value("wax/rover/open") == "OFF")
@@ -75,15 +75,15 @@ async def test_the_robot_at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         await async_until(lambda: home.value("wax/rover/open") == "ON")
 
         flood = asyncio.create_task(asyncio.to_thread(_flood, home))
-        await async_until(lambda: app._house.counts["overtaken"] > 100)
+        await async_until(lambda: app._parts.house.counts["overtaken"] > 100)
         stopped_s.clear()
         pressed_s = time.monotonic()
         home.says("wax/rover/stop/set", "PRESS", qos=0)
-        await async_until(lambda: app._control.latched is not None)
+        await async_until(lambda: app._parts.control.latched is not None)
         assert stopped_s[0] - pressed_s < STOPPED_WITHIN_S
         await flood
         await async_until(lambda: home.value("wax/rover/last_stop_reason") == "pressed (house)")
-        assert app._house.counts["garbage"] < 10
+        assert app._parts.house.counts["garbage"] < 10
         assert home.value("wax/rover/open") == "ON"
 
         app.stop()

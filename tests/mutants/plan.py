@@ -26,6 +26,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "beats": ("test_beats",),
     "command": _GATE,
     "command_freshness": ("test_command_freshness", *_GATE),
+    "driving_view": ("test_driving_view",),
     "gate": ("test_picture_clock", *_GATE),
     "local_hand": ("test_local_hand", "test_local_hand_properties"),
     "loop": _LOOP,

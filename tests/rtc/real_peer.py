@@ -15,7 +15,7 @@ from wax.encode.encoded import EncodedPicture, EncodedSound
 from wax.rtc import private
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
-from wax.streams.interface import Codecs
+from wax.streams.interface import Codecs, Lanes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -159,14 +159,18 @@ class Events:
 
 
 def peer_of(network: Network, events: Events, **more: Any) -> Peer:
-    """Return a peer that always has pictures and sound; `more` overrides its arguments."""
+    """Return a peer that always has pictures and sound; `more` overrides its parts."""
     private.install()
+    lanes = Lanes(
+        picture=more.pop("video", Pictures()),
+        sound=more.pop("audio", Sounds()),
+        congestion=more.pop("congestion", Noted()),
+        cameras=more.pop("cameras", ()),
+    )
     options: dict[str, Any] = {
         "meter": rich_meter(),
         "codecs": Codecs(audio="opus", video="vp8"),
-        "video": Pictures(),
-        "audio": Sounds(),
-        "congestion": Noted(),
+        "lanes": lanes,
         "clock": SystemClock(),
         "round_trip_s": lambda: 0.5,
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from tests.control.rules import VOUCHED
@@ -15,6 +16,8 @@ from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
 
 from wax.access.access import Shown
+from wax.capture.audio_blocks import Blocks
+from wax.capture.channel_faults import ChannelFaults
 from wax.cluster.cluster import Cluster, RoomSeat
 from wax.cluster.room_directory import Occupancy, choose
 from wax.config.settings import Settings
@@ -30,7 +33,7 @@ from wax.session import entry as entry_module
 from wax.session.headroom import Headroom, Used
 from wax.session.host_decisions import HostDecisions
 from wax.session.kept_state import KeptFile
-from wax.session.page_messages import PageMessages
+from wax.session.parts import Parts
 from wax.session.record_keeper import RecordKeeper
 from wax.session.room import Room
 from wax.session.viewers import Viewers
@@ -42,8 +45,10 @@ if TYPE_CHECKING:
 
     import pytest
 
-    from wax.capture.source import Picture
-    from wax.capture.source_thread import SourceThread
+    from wax.door.tunnel import Tunnel
+    from wax.hooks.hooks import Hooks
+    from wax.house.house import House
+    from wax.pipelines import Pipelines
     from wax.rtc.peer import Peer, PeerEvents
     from wax.sentence import Sentence
 
@@ -99,6 +104,7 @@ class Camera:
     """A capture that fails and recovers when told."""
 
     problem: Sentence | None = None
+    failures = 0
 
 
 class FakePeer:
@@ -201,14 +207,11 @@ class Rig:
         turns = self.turns = Turns(settings.turns)
         self.camera = Camera()
         self.counters = Counters()
-        service = LiveService(
-            clock=self.clock,
-            video_settings=settings.video,
-            audio_settings=settings.audio,
-            video=VideoHub(settings=settings.video, clock=self.clock),
-            audio=SoundHub(),
-            upload_bps=settings.network.upload_bps,
-        )
+        video, audio = VideoHub(settings=settings.video, clock=self.clock), SoundHub()
+        self.view = DrivingView()
+        self.view.clock = VOUCHED
+        idle = SimpleNamespace(problems=list, status=lambda: None)
+        self.tunnel = SimpleNamespace(problem=None, problems=list, status=lambda: None)
         self.decisions = HostDecisions()
         self.records = Records(self.clock)
         self.access = make_access(self.records, self.clock, settings.access)
@@ -223,8 +226,6 @@ class Rig:
             refused=self.counters.snapshot,
             event_maker=self.heard.event_maker,
         )
-        self.view = DrivingView()
-        self.view.clock = VOUCHED
         self.loop = ControlLoop(
             clock=self.clock,
             settings=settings,
@@ -233,39 +234,51 @@ class Rig:
             operators=self.viewers,
             view=self.view,
         )
-        self.has_way_in = True
         self.headroom = Headroom(1.0, self.clock, lambda: 0.0)
         self.loop.listen(self.viewers)
-
         self.kept = KeptFile(settings.server.state_dir)
-        self.room = Room(
+        self.parts = Parts(
             settings=settings,
             clock=self.clock,
             counters=self.counters,
-            service=service,
+            driver=self.robot,
+            pipelines=cast(
+                "Pipelines",
+                SimpleNamespace(
+                    service=LiveService(
+                        clock=self.clock,
+                        video_settings=settings.video,
+                        audio_settings=settings.audio,
+                        video=video,
+                        audio=audio,
+                        upload_bps=settings.network.upload_bps,
+                    ),
+                    video=video,
+                    audio=audio,
+                    captures={"video": self.camera},
+                    cameras=[],
+                    encoders=[],
+                    view=self.view,
+                    blocks=Blocks(),
+                    channel_faults=ChannelFaults(lambda _: None, most=2),
+                ),
+            ),
+            network=network(),
+            cluster=cast("Cluster", cluster or Cluster(clock=self.clock, counters=self.counters)),
             turns=turns,
             viewers=self.viewers,
             control=self.loop,
-            page_messages=PageMessages(
-                settings=settings,
-                service=service,
-                driver=self.robot,
-                turns=turns,
-                captures={"video": cast("SourceThread[Picture]", self.camera)},
-                view=self.view,
-                access=self.access,
-                decisions=self.decisions,
-                has_way_in=lambda: self.has_way_in,
-            ),
             access=self.access,
             decisions=self.decisions,
             kept=self.kept,
             records=self.records,
             keeper=self.keeper,
-            network=network(),
-            cluster=cast("Cluster", cluster or Cluster(clock=self.clock, counters=self.counters)),
-            has_time=self.headroom.has_time,
+            headroom=self.headroom,
+            tunnel=cast("Tunnel", self.tunnel),
+            hooks=cast("Hooks", idle),
+            house=cast("House", idle),
         )
+        self.room = Room(self.parts)
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
         sign_in = self.sign_in() if is_host else ""

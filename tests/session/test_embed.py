@@ -114,7 +114,7 @@ async def test_an_embed_has_no_role_by_http(rig: Rig) -> None:
     await embeds(rig, 1)
     rig.wait(0.1)
     assert rig.room.role_of(visitor("")) == "stranger"
-    assert rig.room._watches_from("198.51.100.1") == {}
+    assert rig.room._presence.watches_from("198.51.100.1") == {}
     assert not rig.room.has_people_at("198.51.100.1")
 
 

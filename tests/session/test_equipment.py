@@ -135,7 +135,7 @@ async def test_a_viewer_in_a_livekit_room_has_no_controls(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     visitor = ada.events.visitor  # type: ignore[attr-defined]  # a viewer
     grant = ada.events.grant  # type: ignore[attr-defined]
-    hello = rig.room._page_messages.hello(0, visitor, grant, lost_after_s=1.0)
+    hello = rig.room._page_messages.hello(0, visitor, grant)
     assert hello.controls == []
     assert len(hello.gauges) == 2
 

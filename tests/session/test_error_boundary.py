@@ -16,11 +16,9 @@ from tests.visitors import EVERYTHING, TAB, visitor
 from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
 from wax.capture.source import BLOCK_SAMPLES, Sound
-from wax.cluster.cluster import Cluster
 from wax.config.thesis import ThesisSettings
 from wax.config.video import VideoSettings
 from wax.congestion.allocation import SoundEncoding
-from wax.control.turns import Turns
 from wax.encode.encoded import EncodedPicture
 from wax.error_boundary import ErrorBoundary
 from wax.fanout.sound_hub import SoundHub
@@ -28,7 +26,7 @@ from wax.fanout.video_hub import VideoHub
 from wax.session.status import Status
 from wax.session.viewer import Viewer
 from wax.streams.interface import MessageRate
-from wax.telemetry import Counters, CountRates
+from wax.telemetry import Counters
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -233,23 +231,7 @@ async def test_the_status_still_has_all_others(rig: Rig, monkeypatch: pytest.Mon
     await rig.enter("eve-1111")
     await rig.enter("ada-1111")
     monkeypatch.setattr(next(iter(rig.viewers)).streams, "status", fail)
-    status = Status(
-        clock=rig.clock,
-        room=rig.room,
-        viewers=rig.viewers,
-        control=rig.loop,
-        turns=Turns(rig.room._settings.turns),
-        driver=rig.robot,
-        video=VideoHub(settings=VideoSettings(), clock=rig.clock),
-        audio=SoundHub(),
-        captures={},
-        blocks=cast("Any", SimpleNamespace(filled_ms=0.0, dropped_ms=0.0)),
-        channel_faults=cast("Any", SimpleNamespace(problem=None)),
-        cluster=Cluster(clock=rig.clock, counters=rig.counters),
-        tape=None,
-        counters=rig.counters,
-        rates=CountRates(),
-    )
+    status = Status(rig.parts, rig.room, dict)
     broken, whole = cast("list[dict[str, Any]]", status()["viewers"])
     assert broken["id"] == 1
     assert "streams" not in broken

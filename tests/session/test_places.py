@@ -43,7 +43,7 @@ async def test_strangers_never_drive_where_an_invitation_is_needed(join: str) ->
     ada.says(type="join")
     for wants in ("join", "stay"):
         with pytest.raises(ForbiddenError):
-            rig.room.rooms.queue(visitor("eve-1111"), TAB, wants)
+            rig.room.queue.request(visitor("eve-1111"), TAB, wants)
     rig.wait(0.3, ada)
     assert ada.last("room")["turn"]["operator"] is None
     assert [line["role"] for line in ada.last("room")["viewers"]] == ["observer"]
@@ -77,7 +77,7 @@ async def test_nobody_waits_in_a_room_where_there_are_no_rooms() -> None:
     rooms.is_used = False
     rig = Rig({}, rooms)
     with pytest.raises(ForbiddenError, match="join the queue there"):
-        rig.room.rooms.queue(visitor("eve-1111"), TAB, "join")
+        rig.room.queue.request(visitor("eve-1111"), TAB, "join")
     assert len(rig.viewers) == 0
 
 
@@ -86,7 +86,7 @@ async def test_a_connected_viewer_drives_however_many_wait_by_http() -> None:
     rig = make({"turns": {"turn_s": 10.0}})
     absent = [visitor(f"absent-{number:02}") for number in range(6)]
     for one in absent:
-        rig.room.rooms.queue(one, TAB, "join")
+        rig.room.queue.request(one, TAB, "join")
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     number = ada.last("hello")["viewer"]
@@ -94,7 +94,7 @@ async def test_a_connected_viewer_drives_however_many_wait_by_http() -> None:
         rig.wait(0.2, ada)
         for one in absent:
             with suppress(ForbiddenError):
-                rig.room.rooms.queue(one, TAB, "join")
+                rig.room.queue.request(one, TAB, "join")
         assert ada.last("room")["turn"]["operator"] in (None, number)
     assert ada.last("room")["turn"]["operator"] == number
 
@@ -126,10 +126,10 @@ class History:
             self.peers[who].says(type="join")
 
     async def asks_to_join(self, who: int) -> None:
-        self.rig.room.rooms.queue(*self.page(who), "join")
+        self.rig.room.queue.request(*self.page(who), "join")
 
     async def asks_to_stay(self, who: int) -> None:
-        self.rig.room.rooms.queue(*self.page(who), "stay")
+        self.rig.room.queue.request(*self.page(who), "stay")
 
     async def is_invited(self, who: int) -> None:
         token, _ = self.rig.access.invite("queue", uses=1, valid_s=4)
@@ -151,7 +151,7 @@ class History:
         self.rig.wait(1.1 + who, self.host, *alive)
 
     def check(self, most: int) -> None:
-        self.rig.room.check_all()
+        self.rig.room._presence.check_all()
         room = self.rig.room.snapshot(self.rig.clock.time_s)
         lines = [one for one in room.viewers if one.place is not None]
         placed = [one for one in map(self.rig.viewers.numbered, (line.id for line in lines)) if one]

@@ -28,7 +28,7 @@ from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError
 from wax.fanout.batches import PORTION
 from wax.protocol import messages
 from wax.sentence import Sentence, says
-from wax.session import room as room_module
+from wax.session import presence
 from wax.session.room import Room
 
 if TYPE_CHECKING:
@@ -73,10 +73,10 @@ async def test_everybody_is_told_that_nobody_new_can_come(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     rig.wait(0.1, ada)
     assert ada.last("room")["no_way_in"] is None
-    rig.has_way_in = False
+    rig.tunnel.problem = Sentence("door.goodbye")
     rig.wait(2, ada)
     assert ada.last("room")["no_way_in"] == {"code": "tunnel.nobody_new"}
-    rig.has_way_in = True
+    rig.tunnel.problem = None
     rig.wait(2, ada)
     assert ada.last("room")["no_way_in"] is None
 
@@ -207,7 +207,7 @@ async def test_newcomers_learn_of_themselves_at_once(rig: Rig) -> None:
 
 async def test_a_server_that_ends_says_goodbye(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every page is told before its peer closes, and nobody else is admitted."""
-    monkeypatch.setattr(room_module, "_GOODBYE_S", 0.0)
+    monkeypatch.setattr(presence, "_GOODBYE_S", 0.0)
     ada, bob = await rig.enter("client-ada"), await rig.enter("client-bob")
     await rig.room.close()
     for peer in (ada, bob):
@@ -817,10 +817,10 @@ async def test_closing_sends_a_few_away_per_step() -> None:
     rig = Rig({})
     peers = [await rig.enter(f"guest-{number}") for number in range(2 * PORTION)]
     rig.access.close(True)
-    rig.room.check_all()
+    rig.room._presence.check_all()
     assert len(rig.viewers) == PORTION
     gone = peers[-1]
-    rig.room.send_away(next(reversed(list(rig.viewers))), CLOSED)
+    rig.room._presence.send_away(next(reversed(list(rig.viewers))), CLOSED)
     for _ in peers:
         await asyncio.sleep(0)
     assert len(rig.viewers) == 0

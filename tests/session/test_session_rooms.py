@@ -142,7 +142,7 @@ async def test_closing_empties_the_rooms(rig: Rig, rooms: FakeCluster) -> None:
         rig.room.rooms.seat(EVE, TAB)
     assert len(told.value.openings) == 1
     with pytest.raises(NotAdmittedError, match=str(CLOSED)):
-        rig.room.rooms.queue(EVE, TAB, "join")
+        rig.room.queue.request(EVE, TAB, "join")
 
 
 @pytest.mark.parametrize(("ban", "sentence"), [(True, BANNED), (False, REMOVED)])
@@ -153,7 +153,7 @@ async def test_a_removed_viewer_loses_the_seat(
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(EVE, "tab-2222")
-    line = rig.room.rooms.queue(EVE, TAB, "join")
+    line = rig.room.queue.request(EVE, TAB, "join")
     host.says(type="remove", viewer=line.id, ban=ban)
     rig.wait(0.1, host)
     assert {who for who, for_good in rooms.removed if for_good} == {
@@ -176,7 +176,7 @@ async def test_a_ban_covers_the_address_too(rig: Rig, rooms: FakeCluster) -> Non
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(visitor("eva-2222"), TAB)  # the same address
     rig.room.rooms.seat(guest(7), TAB)
-    line = rig.room.rooms.queue(EVE, TAB, "join")
+    line = rig.room.queue.request(EVE, TAB, "join")
     host.says(type="remove", viewer=line.id, ban=True)
     rig.wait(0.1, host)
     assert {who for who, _ in rooms.removed} == {NAME, person("eva-2222", TAB)}
@@ -242,13 +242,13 @@ async def test_joining_and_leaving_leaves_no_trace(rig: Rig) -> None:
     """Not even a refused request leaves anything."""
     for number in range(50):
         one = guest(number)
-        assert rig.room.rooms.queue(one, TAB, "join").place is not None
-        assert rig.room.rooms.queue(one, TAB, "leave").place is None
+        assert rig.room.queue.request(one, TAB, "join").place is not None
+        assert rig.room.queue.request(one, TAB, "leave").place is None
     with pytest.raises(ForbiddenError, match="join it first"):
-        rig.room.rooms.queue(EVE, TAB, "stay")
-    rig.room.rooms.queue(EVE, TAB, "join")
+        rig.room.queue.request(EVE, TAB, "stay")
+    rig.room.queue.request(EVE, TAB, "join")
     with pytest.raises(ForbiddenError, match="another tab"):
-        rig.room.rooms.queue(EVE, "tab-2222", "join")
+        rig.room.queue.request(EVE, "tab-2222", "join")
     assert len(rig.viewers) == 1
 
 
@@ -257,10 +257,10 @@ async def test_a_place_that_is_not_renewed_is_lost(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     wait(rig, 1, ada)
-    rig.room.rooms.queue(EVE, TAB, "join")
+    rig.room.queue.request(EVE, TAB, "join")
     for _ in range(3):
         wait(rig, 6, ada)
-        assert rig.room.rooms.queue(EVE, TAB, "stay").place == 1
+        assert rig.room.queue.request(EVE, TAB, "stay").place == 1
     wait(rig, 24, ada)
     assert [line["name"] for line in ada.last("room")["viewers"]] == ["Guest 1"]
 
@@ -270,11 +270,11 @@ async def test_a_viewer_who_does_not_connect_is_passed_over(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
-    rig.room.rooms.queue(EVE, TAB, "join")
+    rig.room.queue.request(EVE, TAB, "join")
     for _ in range(7):
         wait(rig, 5, ada)
         if rig.viewers.of_tab("eve-1111", TAB) is not None:
-            rig.room.rooms.queue(EVE, TAB, "stay")
+            rig.room.queue.request(EVE, TAB, "stay")
     assert ada.last("room")["turn"]["operator"] == 1
 
 
@@ -283,8 +283,8 @@ async def test_a_viewer_who_connects_in_time_drives(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
-    first = rig.room.rooms.queue(EVE, TAB, "join")
-    second = rig.room.rooms.queue(guest(7), TAB, "join")
+    first = rig.room.queue.request(EVE, TAB, "join")
+    second = rig.room.queue.request(guest(7), TAB, "join")
     assert (first.place, second.place) == (1, 2)
     with pytest.raises(NoPlaceError):
         await rig.room.answer(guest(7), TAB, OFFER)
@@ -299,11 +299,11 @@ async def test_a_viewer_who_returns_to_a_room_keeps_the_place(rig: Rig) -> None:
     eve = await rig.enter("eve-1111")
     eve.says(type="join")
     rig.wait(0.3, eve)
-    rig.room.rooms.queue(guest(7), TAB, "join")
+    rig.room.queue.request(guest(7), TAB, "join")
     bob = await rig.enter("guest-7")
     wait(rig, 30, eve, bob)
     eve.abandon()
-    line = rig.room.rooms.queue(EVE, TAB, "stay")
+    line = rig.room.queue.request(EVE, TAB, "stay")
     assert (line.place, line.lost) == (1, False)
 
 
@@ -312,12 +312,12 @@ async def test_a_viewer_who_announces_the_return_keeps_the_place(rig: Rig) -> No
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
-    rig.room.rooms.queue(EVE, TAB, "join")
+    rig.room.queue.request(EVE, TAB, "join")
     eve = await rig.enter("eve-1111")
-    rig.room.rooms.queue(EVE, TAB, "stay")
+    rig.room.queue.request(EVE, TAB, "stay")
     eve.abandon()
     for _ in range(4):
-        line = rig.room.rooms.queue(EVE, TAB, "stay")
+        line = rig.room.queue.request(EVE, TAB, "stay")
         assert (line.place, line.lost) == (1, False)
         wait(rig, 5, ada)
 
@@ -331,7 +331,7 @@ async def test_viewers_in_rooms_get_the_state_here(rig: Rig, rooms: FakeCluster)
     rig.wait(0.3, ada)
     rooms.rooms[0].most = 1000
     for number in range(60):
-        rig.room.rooms.queue(guest(number + 10), TAB, "join")
+        rig.room.queue.request(guest(number + 10), TAB, "join")
     text = rooms.news()
     assert text is not None
     assert len(text) < 15_000, "LiveKit passes on no more"
@@ -359,7 +359,7 @@ async def test_each_viewer_is_counted_once(rig: Rig, rooms: FakeCluster) -> None
     ada.says(type="join")
     rig.wait(0.3, ada)
     assert watching() == 2
-    number = rig.room.rooms.queue(EVE, TAB, "join").id
+    number = rig.room.queue.request(EVE, TAB, "join").id
     assert watching() == 2
     eve = await rig.enter("eve-1111")
     assert watching() == 2, "their page rests in the room meanwhile"
@@ -375,9 +375,9 @@ async def test_a_viewer_who_waits_in_a_room_has_a_name(rig: Rig) -> None:
     ada.says(type="name", name="Ada")
     ada.says(type="join")
     rig.wait(0.3, ada)
-    assert rig.room.rooms.queue(EVE, TAB, "join", "Eve").name == "Eve"
+    assert rig.room.queue.request(EVE, TAB, "join", "Eve").name == "Eve"
     rig.wait(3, ada)
-    assert rig.room.rooms.queue(EVE, TAB, "stay", "Ada").name == "Eve"
+    assert rig.room.queue.request(EVE, TAB, "stay", "Ada").name == "Eve"
     rig.wait(3, ada)
     assert [line["name"] for line in ada.last("room")["viewers"]] == ["Ada", "Eve"]
 

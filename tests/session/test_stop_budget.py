@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
-    from wax.control.turns import Turns
     from wax.sentence import Sentence
+    from wax.session.parts import Parts
+    from wax.session.presence import Presence
     from wax.session.viewer import Viewer
 
 By = Literal["everybody", "operator"]
@@ -82,14 +82,15 @@ def stops(
     since_s: Mapping[str, float] | None = None,
     heard: Heard | None = None,
 ) -> StopBudget:
-    turns = cast("Turns", SimpleNamespace(operator=operator))
     clock = clock or TurnedClock()
-    return StopBudget(
-        settings=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5),
+    parts = SimpleNamespace(
+        settings=SimpleNamespace(
+            stop=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5)
+        ),
         clock=clock,
         decisions=decisions or HostDecisions(),
-        turns=turns,
-        control=cast("ControlLoop", control),
+        turns=SimpleNamespace(operator=operator),
+        control=control,
         keeper=RecordKeeper(
             records=records or Records(clock),
             clock=clock,
@@ -97,9 +98,11 @@ def stops(
             refused=dict,
             event_maker=(heard or Heard(clock)).event_maker,
         ),
-        save=lambda: None,
-        watching=lambda address: since_s or {} if address == BOB.visitor.address else {},
     )
+    presence = SimpleNamespace(
+        watches_from=lambda address: since_s or {} if address == BOB.visitor.address else {}
+    )
+    return StopBudget(cast("Parts", parts), cast("Presence", presence))
 
 
 PRESSED = {

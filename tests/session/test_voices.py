@@ -49,8 +49,9 @@ class Scene:
             clock=rig.clock,
             counters=rig.counters,
             decisions=rig.decisions,
-            role=rig.room.viewer_role,
-            changed=rig.viewers.changed,
+            viewers=rig.viewers,
+            turns=rig.turns,
+            control=rig.loop,
         )
 
     def viewer(self, number: int) -> Viewer:

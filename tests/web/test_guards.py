@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import pytest
 from aiohttp.test_utils import BaseTestServer, TestServer
 from tests.turned_clock import TurnedClock
-from tests.visitors import make_access
 from tests.web.foreign import FOREIGN_HOSTS, FOREIGN_ORIGINS, MALFORMED_HOSTS
+from tests.web.rig import make_routes
 
-from wax.config.network import NetworkSettings
-from wax.config.page import PageSettings
-from wax.config.relay import RelaySettings
 from wax.config.server import ServerSettings
-from wax.records.records import Records
-from wax.rtc.ice_servers import IceServers
 from wax.web import routes
-from wax.web.branding import BrandedPage
 from wax.web.guards import Guards
-from wax.web.routes import Routes
 from wax.web.security_headers import base_headers
 
 if TYPE_CHECKING:
@@ -30,8 +23,6 @@ if TYPE_CHECKING:
 
     from wax.access.admission import Visitor
     from wax.access.permissions import Role
-    from wax.session.proof_runner import ProofRunner
-    from wax.session.room import Room
 
 PATHS = (
     "/",
@@ -106,21 +97,14 @@ async def line(
     (tmp_path / "assets" / "a.js").write_text("1")
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     room, clock = Deaf(), TurnedClock()
-    made = Routes(
-        room=cast("Room", room),
-        clock=clock,
-        ice=IceServers(NetworkSettings(), RelaySettings()),
-        status=dict,
-        proving=cast("ProofRunner", None),
-        branding=BrandedPage(PageSettings()),
-        access=make_access(Records(clock), clock),
+    made = make_routes(
+        room,
         offers_hz=1000.0,
         guards=Guards(
             ServerSettings(names=["robots.example"], trusted_proxies=trusted),
             clock,
             lambda: ["203.0.113.7", "2001:db8::7"],
         ),
-        missing=dict,
     )
     async with TestServer(made.application()) as server:
         yield Line(server, room)

@@ -19,6 +19,7 @@ from tests.examples import at_length
 from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
 from tests.web.pictures import encoded
+from tests.web.rig import Lent, make_routes
 
 from wax.access.access import Shown
 from wax.access.admission import Visitor
@@ -28,7 +29,6 @@ from wax.config.page import PageSettings
 from wax.config.relay import RelaySettings
 from wax.config.server import ServerSettings
 from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError, StartError
-from wax.protocol.http_bodies import ProofProgress
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
@@ -36,7 +36,6 @@ from wax.web.branding import BrandedPage
 from wax.web.guards import Guards
 from wax.web.opening_calendar import OpeningCalendar
 from wax.web.request_budgets import HOST
-from wax.web.routes import Routes
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -46,8 +45,6 @@ if TYPE_CHECKING:
 
     from wax.access.access import Access
     from wax.access.permissions import Role
-    from wax.session.proof_runner import ProofRunner
-    from wax.session.room import Room
 
     Client = TestClient[Request, Application]
 
@@ -117,7 +114,11 @@ class FakeRoom:
     def leave(self, visitor: Visitor, tab: str) -> None:
         self.left.append((visitor.identity, tab))
 
-    def queue(self, visitor: Visitor, tab: str, wants: str, name: str | None) -> Told:
+    @property
+    def queue(self) -> FakeRoom:
+        return self
+
+    def request(self, visitor: Visitor, tab: str, wants: str, name: str | None) -> Told:
         return Told(f"{wants} of {tab}{name or ''}", bool(visitor.identity))
 
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
@@ -126,25 +127,6 @@ class FakeRoom:
         if self.error is not None:
             raise self.error
         return "v=0 answer"
-
-
-class Lent:
-    """A proof runner that never runs."""
-
-    def __init__(self) -> None:
-        self.started = 0
-        self.page: str | None = None
-
-    async def start(self) -> None:
-        self.started += 1
-
-    def progress(self) -> ProofProgress:
-        return ProofProgress(state="never", line=None, record=None)
-
-    def record(self) -> str:
-        if self.page is None:
-            raise ForbiddenError("no record")
-        return self.page
 
 
 @pytest.fixture
@@ -180,15 +162,13 @@ async def client(
     (page / "assets" / "b.js.gz").write_bytes(gzip.compress(b"2" * 1000))
     (tmp_path / "secret").write_text("2")
     monkeypatch.setattr(routes, "PAGE", page)
-    made = Routes(
-        room=cast("Room", room),
+    made = make_routes(
+        room,
         clock=clock,
+        access=access,
         ice=IceServers(NetworkSettings(stun=["stun:stun.example:3478"]), RelaySettings()),
         status=lambda: {"version": "x"},
-        proving=cast("ProofRunner", lent),
-        branding=BrandedPage(PageSettings()),
-        access=access,
-        offers_hz=2.0,
+        proving=lent,
         guards=Guards(
             ServerSettings(trusted_proxies=["127.0.0.1"], names=["robot.example", "192.168.1.7"]),
             clock,
@@ -231,18 +211,7 @@ async def test_the_page_knows_what_to_prepare(
     """It knows before it connects: a page that learned it later would have to connect twice."""
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
     monkeypatch.setattr(routes, "PAGE", tmp_path)
-    made = Routes(
-        room=cast("Room", room),
-        clock=TurnedClock(),
-        ice=IceServers(NetworkSettings(), RelaySettings()),
-        status=dict,
-        proving=cast("ProofRunner", Lent()),
-        branding=BrandedPage(PageSettings(), page_data),
-        access=make_access(Records(TurnedClock()), TurnedClock()),
-        offers_hz=2.0,
-        guards=Guards(ServerSettings(), TurnedClock()),
-        missing=dict,
-    )
+    made = make_routes(room, branding=BrandedPage(PageSettings(), page_data))
     async with TestClient(TestServer(made.application())) as client:
         page = await client.get("/")
         assert page.content_type == "text/html"
@@ -250,25 +219,9 @@ async def test_the_page_knows_what_to_prepare(
         assert page.headers["Cache-Control"] == "no-cache"
 
 
-def _routes(room: FakeRoom, access: Access) -> Routes:
-    clock = TurnedClock()
-    return Routes(
-        room=cast("Room", room),
-        clock=clock,
-        ice=IceServers(NetworkSettings(), RelaySettings()),
-        status=dict,
-        proving=cast("ProofRunner", Lent()),
-        branding=BrandedPage(PageSettings()),
-        access=access,
-        offers_hz=2.0,
-        guards=Guards(ServerSettings(), clock),
-        missing=dict,
-    )
-
-
 def test_only_permitted_requests_are_urgent(room: FakeRoom, access: Access) -> None:
     """A viewer's Stop is, an operator's release, and all of a host's; none of a stranger's."""
-    made = _routes(room, access)
+    made = make_routes(room, access=access)
     cookie = access.new_identity(bound=True)
     shown = Shown(cookie)
     assert made.who(shown, "192.0.2.1", "POST /api/stop", "") is None
@@ -300,18 +253,7 @@ async def _served(
     page.mkdir()
     (page / "index.html").write_text('<!doctype html><html lang="en"><head></head></html>')
     monkeypatch.setattr(routes, "PAGE", page)
-    made = Routes(
-        room=cast("Room", FakeRoom()),
-        clock=TurnedClock(),
-        ice=IceServers(NetworkSettings(), RelaySettings()),
-        status=dict,
-        proving=cast("ProofRunner", Lent()),
-        branding=BrandedPage(settings),
-        access=make_access(Records(TurnedClock()), TurnedClock()),
-        offers_hz=2.0,
-        guards=Guards(ServerSettings(), TurnedClock()),
-        missing=dict,
-    )
+    made = make_routes(FakeRoom(), branding=BrandedPage(settings))
     return TestClient(TestServer(made.application()))
 
 
@@ -807,18 +749,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
 ) -> None:
     """Without the built page the server does not start, and says what to type."""
     monkeypatch.setattr(routes, "PAGE", tmp_path)
-    made = Routes(
-        room=cast("Room", room),
-        clock=TurnedClock(),
-        ice=IceServers(NetworkSettings(), RelaySettings()),
-        status=dict,
-        proving=cast("ProofRunner", Lent()),
-        branding=BrandedPage(PageSettings()),
-        access=make_access(Records(TurnedClock()), TurnedClock()),
-        offers_hz=2.0,
-        guards=Guards(ServerSettings(), TurnedClock()),
-        missing=dict,
-    )
+    made = make_routes(room)
     with pytest.raises(StartError, match="make run"):
         made.application()
 

@@ -28,8 +28,16 @@ if TYPE_CHECKING:
 
 JOINING_AT_ONCE: Final = 4
 CONNECT_TIMEOUT_S: Final = 20.0
+
+
+class SmallPicture(Client):
+    """Watches 640x480."""
+
+    size = "640x480"
+
+
 KINDS: Final[dict[str, Callable[..., Viewer]]] = {
-    "wax": partial(Client, size="640x480"),
+    "wax": SmallPicture,
     "stock": StockViewer,
     "janus": JanusViewer,
 }

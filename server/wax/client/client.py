@@ -52,6 +52,8 @@ class Client:
 
     is_keen = False
     """Whether it sends several heartbeats a second, as a page that drives or waits to drive."""
+    size: str | None = None
+    """The size it wants; without one, or if the server lacks it, it gets the largest."""
 
     def __init__(
         self,
@@ -64,10 +66,9 @@ class Client:
         cookies: aiohttp.CookieJar | None = None,
         # Sent with each request, as a proxy would add them.
         headers: Mapping[str, str] | None = None,
-        # Its first wishes; if the server lacks this size, it sends the largest.
+        # Its first wishes.
         sound: bool = True,
         picture: bool = True,
-        size: str | None = None,
         # Gets each message of the state channel.
         on_message: Callable[[dict[str, Any]], None] | None = None,
         # As in `Media`.
@@ -90,7 +91,6 @@ class Client:
         self._name = name
         self._headers = headers
         self._wants = {"sound": sound, "picture": picture}
-        self._size = size
         self._on_message = on_message
         self._http: aiohttp.ClientSession | None = None
         self._tasks: list[asyncio.Task[None]] = []
@@ -254,7 +254,7 @@ class Client:
         if self._name is not None:
             self.send(type="name", name=self._name)
         sizes = self.newest("hello")["sizes"]
-        size = self._size if self._size in sizes else sizes[0]
+        size = self.size if self.size in sizes else sizes[0]
         self.send(type="want", **self._wants, size=size, policy=None)
 
     def _start(self, work: Any, name: str) -> None:

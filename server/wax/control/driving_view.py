@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from wax.sentence import Sentence
 
 
-class Camera(Protocol):
+class DrivingCamera(Protocol):
     """What delivers the pictures."""
 
     @property
@@ -22,7 +22,7 @@ class DrivingView:
     """`camera` is None for a robot without one."""
 
     def __init__(self) -> None:
-        self.camera: Camera | None = None
+        self.camera: DrivingCamera | None = None
         self.clock = PictureClock()
 
     def captured(self, captured_s: float, within_s: float | None) -> None:

@@ -24,17 +24,16 @@ from wax.sentence import Sentence
 from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from aiortc import RTCDataChannel
     from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
     from wax.clock import Clock
-    from wax.congestion.control import CongestionControl
     from wax.edge.turnstile import Meter
-    from wax.rtc.lane import Encoded, PictureLane, SoundLane
+    from wax.rtc.lane import Encoded
     from wax.rtc.network import Network
-    from wax.streams.interface import CameraLane, Codecs, Kind
+    from wax.streams.interface import CameraLane, Codecs, Kind, Lanes
     from wax.voice.packet import VoicePacket
 
 _LOG = structlog.get_logger(__name__)
@@ -89,8 +88,8 @@ class Peer:
     """A peer for one offer, answered once and closed once; a reconnect is a new peer.
 
     `on_voice` gets the packets of the page's microphone, and None for each unreadable one; it must
-    not raise. Without it nothing is received. `video` is the driving view, to which `cameras` give
-    way. `meter` is charged for what the page sends.
+    not raise. Without it nothing is received. The driving view's lane has precedence over the
+    cameras'. `meter` is charged for what the page sends.
     """
 
     def __init__(
@@ -99,23 +98,20 @@ class Peer:
         network: Network,
         meter: Meter,
         codecs: Codecs,
-        video: PictureLane,
-        audio: SoundLane,
-        congestion: CongestionControl,
+        lanes: Lanes,
         events: PeerEvents,
         clock: Clock,
         round_trip_s: Callable[[], float | None],
         on_voice: Callable[[VoicePacket | None], None] | None = None,
-        cameras: Sequence[CameraLane] = (),
     ) -> None:
         self._network = network
         self._meter = meter
         self._events = events
         self._codecs = codecs
         self._clock = clock
-        self._congestion = congestion
+        self._congestion = lanes.congestion
         self._round_trip_s = round_trip_s
-        self._tap = TransportTap(congestion, clock.now_s, events.feedback_refused)
+        self._tap = TransportTap(lanes.congestion, clock.now_s, events.feedback_refused)
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
@@ -126,18 +122,18 @@ class Peer:
             picture = self._transceiver("video")
         self._picture = PictureSender(
             self._context("video", picture),
-            lane=video,
+            lane=lanes.picture,
             codec=codecs.video,
             round_trip_s=round_trip_s,
             on_keyframe_wanted=events.keyframe_wanted,
         )
         private.put_sender(picture, self._picture)
-        self._sound = SoundSender(self._context("audio", sound), lane=audio)
+        self._sound = SoundSender(self._context("audio", sound), lane=lanes.sound)
         private.put_sender(sound, self._sound)
         if on_voice is not None:
             private.put_receiver(sound, VoiceReceiver(sound.receiver, on_voice))
         self._senders: dict[Kind, Sender] = {"audio": self._sound, "video": self._picture}
-        self._camera_lanes = cameras
+        self._camera_lanes = lanes.cameras
         self._cameras: list[CameraSender] = []
         self._pc.on("connectionstatechange", self._state_changed)
         self._pc.on("datachannel", self._channel_opened)

@@ -50,7 +50,7 @@ from wax.rtc import datagram
 from wax.rtc.private_association import MAX_WAITING_BYTES, add_chunk
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Collection, Iterator, Sequence
+    from collections.abc import Awaitable, Callable, Collection, Iterable, Iterator, Sequence
 
     from aiortc.mediastreams import MediaStreamTrack
     from aiortc.rtcdtlstransport import RTCDtlsParameters
@@ -87,148 +87,64 @@ _MAX_SOURCES: Final = 32
 """SSRCs of one browser: a few for its reports, and one for a voice."""
 
 
+_HAVE: Final[tuple[tuple[Any, str], ...]] = (
+    (aioice.ice, "CONSENT_FAILURES get_host_addresses"),
+    (aioice.ice.Connection, "data_received"),
+    (aioice.stun, "COOKIE Class Message Method parse_message"),
+    (aioice.candidate, "candidate_foundation candidate_priority"),
+    (pylibsrtp, "ffi lib _srtp_assert"),
+    (RTCCertificate, "_create_ssl_context"),
+    (RTCDtlsTransport, "_recv_next _set_state _handle_rtp_data _handle_rtcp_data"),
+    (RTCDtlsTransport, "_register_rtp_sender _unregister_rtp_sender"),
+    (RTCIceGatherer, "getLocalParameters"),
+    (rtcicetransport, "Connection"),
+    (rtcrtpreceiver, "RemoteBitrateEstimator"),
+    (RTCSctpTransport, "_handle_data _mark_received _receive_chunk _send_chunk"),
+    (RTCSctpTransport, "_t3_start _t3_restart _send_sack _set_state"),
+    (rtcsctptransport, "CHUNK_TYPES DataChunk ForwardTsnChunk InitChunk ReconfigChunk SackChunk"),
+    (rtcsctptransport, "ShutdownChunk LOCAL_MAX_MESSAGE_SIZE crc32c decode_params"),
+    (rtcsctptransport.InboundStream, "add_chunk"),
+)
+"""Modules and classes, and what they must have."""
+
+_SET: Final[tuple[tuple[type, str], ...]] = (
+    (aioice.ice.Connection, "_nominated _queue _transport_policy"),
+    (pylibsrtp.Session, "_srtp"),
+    (RTCDtlsTransport, f"_state _tx_srtp {_CERTIFICATE}"),
+    (RTCIceGatherer, "_connection"),
+    (RTCIceTransport, "_connection _recv _send"),
+    (RTCPeerConnection, f"{_OFFER} {_ANSWER} {_CERTIFICATES}"),
+    (RTCRtpReceiver, "_track"),
+    (RTCRtpSender, "_ssrc _rtx_ssrc"),
+    (RTCRtpTransceiver, f"_codecs _headerExtensions {_SENDER} {_RECEIVER}"),
+    (RTCSctpTransport, "_advertised_rwnd _data_channel_queue _data_channels _inbound_streams"),
+    (RTCSctpTransport, "_last_received_tsn _local_tsn _local_verification_tag"),
+    (RTCSctpTransport, "_sack_duplicates _sack_misordered _sack_needed"),
+)
+"""Classes, and the attributes that their `__init__` must set."""
+
+
 def check() -> None:
     """Raise a `StartError` that names each private part that this version lacks."""
-
-    def sets(owner: type, name: str) -> bool:
-        return name in owner.__init__.__code__.co_names  # type: ignore[misc]  # of that very class
-
-    missing = [
-        name
-        for name, there in (
-            ("aioice.ice.CONSENT_FAILURES", hasattr(aioice.ice, "CONSENT_FAILURES")),
-            ("aioice.ice.get_host_addresses", hasattr(aioice.ice, "get_host_addresses")),
-            *(
-                (f"aioice.stun.{name}", hasattr(aioice.stun, name))
-                for name in ("COOKIE", "Class", "Message", "Method", "parse_message")
-            ),
-            *(
-                (f"aioice.candidate.{name}", hasattr(aioice.candidate, name))
-                for name in ("candidate_foundation", "candidate_priority")
-            ),
-            ("rtcicetransport.Connection", hasattr(rtcicetransport, "Connection")),
-            ("RTCIceGatherer._connection", sets(RTCIceGatherer, "_connection")),
-            (
-                "RTCIceGatherer.getLocalParameters",
-                hasattr(RTCIceGatherer, "getLocalParameters"),
-            ),
-            (
-                "aioice.ice.Connection.data_received",
-                hasattr(aioice.ice.Connection, "data_received"),
-            ),
-            ("aioice.ice.Connection._queue", sets(aioice.ice.Connection, "_queue")),
-            (
-                "aioice.ice.Connection._transport_policy",
-                sets(aioice.ice.Connection, "_transport_policy"),
-            ),
-            (
-                "aioice.ice.StunProtocol.datagram_received",
-                "datagram_received" in vars(aioice.ice.StunProtocol),
-            ),
-            (
-                "RTCCertificate._create_ssl_context",
-                hasattr(RTCCertificate, "_create_ssl_context"),
-            ),
-            ("RTCDtlsTransport._recv_next", hasattr(RTCDtlsTransport, "_recv_next")),
-            ("RTCDtlsTransport._set_state", hasattr(RTCDtlsTransport, "_set_state")),
-            ("RTCIceTransport._recv", sets(RTCIceTransport, "_recv")),
-            (
-                "RTCPeerConnection.__pendingRemoteDescription",
-                sets(RTCPeerConnection, _OFFER),
-            ),
-            (
-                "RTCPeerConnection.__currentRemoteDescription",
-                sets(RTCPeerConnection, _ANSWER),
-            ),
-            ("RTCPeerConnection.__certificates", sets(RTCPeerConnection, _CERTIFICATES)),
-            ("RTCDtlsTransport.__local_certificate", sets(RTCDtlsTransport, _CERTIFICATE)),
-            ("RTCRtpTransceiver.__sender", sets(RTCRtpTransceiver, _SENDER)),
-            ("RTCRtpTransceiver.__receiver", sets(RTCRtpTransceiver, _RECEIVER)),
-            ("RTCRtpReceiver._track", sets(RTCRtpReceiver, "_track")),
-            ("RTCDtlsTransport._handle_rtp_data", hasattr(RTCDtlsTransport, "_handle_rtp_data")),
-            (
-                "rtcrtpreceiver.RemoteBitrateEstimator",
-                hasattr(rtcrtpreceiver, "RemoteBitrateEstimator"),
-            ),
-            ("RTCRtpTransceiver._codecs", sets(RTCRtpTransceiver, "_codecs")),
-            ("RTCRtpTransceiver._headerExtensions", sets(RTCRtpTransceiver, "_headerExtensions")),
-            ("RTCRtpSender._ssrc", sets(RTCRtpSender, "_ssrc")),
-            ("RTCRtpSender._rtx_ssrc", sets(RTCRtpSender, "_rtx_ssrc")),
-            ("RTCRtpSender._track_id", "_track_id" in RTCRtpSender.replaceTrack.__code__.co_names),
-            ("RTCDtlsTransport._state", sets(RTCDtlsTransport, "_state")),
-            ("RTCDtlsTransport._tx_srtp", sets(RTCDtlsTransport, "_tx_srtp")),
-            ("RTCIceTransport._connection", sets(RTCIceTransport, "_connection")),
-            ("aioice.ice.Connection._nominated", sets(aioice.ice.Connection, "_nominated")),
-            ("pylibsrtp.Session._srtp", sets(pylibsrtp.Session, "_srtp")),
-            *(
-                (f"pylibsrtp.{name}", hasattr(pylibsrtp, name))
-                for name in ("ffi", "lib", "_srtp_assert")
-            ),
-            ("RTCDtlsTransport._handle_rtcp_data", hasattr(RTCDtlsTransport, "_handle_rtcp_data")),
-            (
-                "RTCDtlsTransport._register_rtp_sender",
-                hasattr(RTCDtlsTransport, "_register_rtp_sender"),
-            ),
-            (
-                "RTCDtlsTransport._unregister_rtp_sender",
-                hasattr(RTCDtlsTransport, "_unregister_rtp_sender"),
-            ),
-            ("RTCIceTransport._send", sets(RTCIceTransport, "_send")),
-            *(
-                (f"RTCSctpTransport.{name}", hasattr(RTCSctpTransport, name))
-                for name in (
-                    "_handle_data",
-                    "_mark_received",
-                    "_receive_chunk",
-                    "_send_chunk",
-                    "_t3_start",
-                    "_t3_restart",
-                    "_send_sack",
-                    "_set_state",
-                )
-            ),
-            (
-                "rtcsctptransport.InboundStream.add_chunk",
-                hasattr(rtcsctptransport.InboundStream, "add_chunk"),
-            ),
-            *(
-                (f"RTCSctpTransport.{name}", sets(RTCSctpTransport, name))
-                for name in (
-                    "_advertised_rwnd",
-                    "_data_channel_queue",
-                    "_data_channels",
-                    "_inbound_streams",
-                    "_last_received_tsn",
-                    "_local_tsn",
-                    "_local_verification_tag",
-                    "_sack_duplicates",
-                    "_sack_misordered",
-                    "_sack_needed",
-                )
-            ),
-            *(
-                (f"rtcsctptransport.{name}", hasattr(rtcsctptransport, name))
-                for name in (
-                    "CHUNK_TYPES",
-                    "DataChunk",
-                    "ForwardTsnChunk",
-                    "InitChunk",
-                    "LOCAL_MAX_MESSAGE_SIZE",
-                    "ReconfigChunk",
-                    "SackChunk",
-                    "ShutdownChunk",
-                    "crc32c",
-                    "decode_params",
-                )
-            ),
-        )
-        if not there
-    ]
+    found = [(owner, name, hasattr(owner, name)) for owner, name in _each(_HAVE)]
+    found += [(owner, name, _uses(owner.__init__, name)) for owner, name in _each(_SET)]
+    stun = aioice.ice.StunProtocol  # asyncio's own protocol has the method, too
+    found.append((stun, "datagram_received", "datagram_received" in vars(stun)))
+    found.append((RTCRtpSender, "_track_id", _uses(RTCRtpSender.replaceTrack, "_track_id")))
+    missing = [f"{owner.__name__}.{name}" for owner, name, there in found if not there]
     if missing:
         raise StartError(
             "this version of aiortc or aioice is not the one WAX was built for "
             f"({', '.join(missing)} moved); install the versions of requirements.lock"
         )
+
+
+def _each(parts: Iterable[tuple[Any, str]]) -> Iterator[tuple[Any, str]]:
+    return ((owner, name) for owner, names in parts for name in names.split())
+
+
+def _uses(method: Any, name: str) -> bool:
+    return name in method.__code__.co_names
 
 
 def install() -> None:

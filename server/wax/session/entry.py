@@ -18,16 +18,10 @@ from wax.session.viewer import Viewer
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.access.access import Access
     from wax.access.admission import Grant, Visitor
-    from wax.clock import Clock
-    from wax.config.settings import Settings
-    from wax.rtc.network import Network
+    from wax.session.parts import Parts
+    from wax.session.presence import Presence
     from wax.session.viewer import ViewerEvents
-    from wax.session.viewers import Viewers
-    from wax.session.voices import Voices
-    from wax.streams.interface import Service
-    from wax.telemetry import Counters
     from wax.voice.packet import VoicePacket
 
 _LOG = structlog.get_logger(__name__)
@@ -38,43 +32,21 @@ _MACHINE_FULL: Final = Sentence("door.machine_full")
 
 
 class Entry:
-    """Makes viewers and their peers; `drop_peer` drops a viewer's previous peer.
+    """Makes viewers and their peers; `events` gets what happens to them."""
 
-    `send_away` tells a viewer why they may not stay, and forgets them.
-    `is_due` says whether somebody who waits in a room gets a place now, even if all are taken;
-    `has_time` whether the machine can serve one more newcomer beside so many (`headroom`).
-    """
-
-    def __init__(
-        self,
-        *,
-        settings: Settings,
-        clock: Clock,
-        counters: Counters,
-        service: Service,
-        network: Network,
-        access: Access,
-        viewers: Viewers,
-        events: ViewerEvents,
-        drop_peer: Callable[[Viewer], None],
-        send_away: Callable[[Viewer, Sentence], None],
-        is_due: Callable[[Viewer], bool],
-        has_time: Callable[[int], bool],
-        voices: Voices | None = None,
-    ) -> None:
+    def __init__(self, parts: Parts, presence: Presence, events: ViewerEvents) -> None:
+        settings = parts.settings
         self._sync = settings.sync.observer
-        self._clock = clock
-        self._counters = counters
-        self._service = service
-        self._network = network
-        self._access = access
-        self._viewers = viewers
+        self._clock = parts.clock
+        self._counters = parts.counters
+        self._service = parts.pipelines.service
+        self._network = parts.network
+        self._access = parts.access
+        self._viewers = parts.viewers
+        self._headroom = parts.headroom
+        self._voices = parts.voices
+        self._presence = presence
         self._events = events
-        self._drop_peer = drop_peer
-        self._send_away = send_away
-        self._is_due = is_due
-        self._has_time = has_time
-        self._voices = voices
         self._capacity = Capacity(
             most=settings.server.max_viewers,
             most_silent_per_address=settings.server.max_silent_per_address,
@@ -122,7 +94,7 @@ class Entry:
         viewer = self._viewers.of_tab(visitor.identity, tab)
         number = self._admit(visitor, viewer)
         if viewer is not None and (old := viewer.peer) is not None:
-            self._drop_peer(viewer)
+            self._presence.drop_peer(viewer)
             await old.close()
             viewer = self._viewers.of_tab(visitor.identity, tab)
             number = self._viewers.take_number() if viewer is None else number
@@ -134,14 +106,11 @@ class Entry:
             network=self._network,
             meter=self._network.meter(visitor.address, lambda: self._is_trusted(viewer)),
             codecs=self._service.codecs,
-            video=lanes.picture,
-            audio=lanes.sound,
-            congestion=lanes.congestion,
+            lanes=lanes,
             events=viewer,
             clock=self._clock,
             round_trip_s=lambda: viewer.link.newest_s,
             on_voice=self._voice_of(viewer),
-            cameras=lanes.cameras,
         )
         viewer.peer, viewer.in_room_until_s = peer, float("-inf")
         return await peer.answer(offer)
@@ -187,14 +156,14 @@ class Entry:
             lambda: self._abandon(number),
         )
         if lacks is not None or is_full:
-            self._send_away(embeds[0], EMBEDS_FULL)
+            self._presence.send_away(embeds[0], EMBEDS_FULL)
         return number
 
     def _shortage(self, served: int) -> Sentence | None:
         """Return what is too scarce for one more beside `served` viewers, None if nothing is."""
         if not self._service.has_room:
             return Sentence("door.upload_full")
-        if not self._has_time(served):
+        if not self._headroom.has_time(served):
             return _MACHINE_FULL
         return None
 
@@ -223,6 +192,6 @@ class Entry:
     def _asking(self, visitor: Visitor, viewer: Viewer | None) -> Asking:
         keeps_place = viewer is not None and viewer.was_ready
         if viewer is not None and viewer.is_in_room(self._clock.now_s()):
-            keeps_place = self._is_due(viewer)
+            keeps_place = self._presence.is_due(viewer)
         drives = viewer is not None and self._is_trusted(viewer)
         return Asking(visitor.address, visitor.is_host, keeps_place, drives, visitor.is_embed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Final, Literal
 
 import structlog
 
@@ -15,70 +15,32 @@ from wax.sentence import Sentence
 from wax.session.stop_budget import HOUSE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from wax.access.access import Access
-    from wax.clock import Clock
-    from wax.control.loop import ControlLoop
-    from wax.control.turns import Turns
-    from wax.records.records import Records
-    from wax.session.event_maker import EventMaker
-    from wax.session.host_decisions import HostDecisions
+    from wax.session.parts import Parts
+    from wax.session.presence import Presence
     from wax.session.stop_budget import StopBudget
     from wax.session.viewer import Viewer
-    from wax.session.viewers import Viewers
 
 _LOG = structlog.get_logger(__name__)
 
 REMOVED: Final = Sentence("door.removed")
-SIGNED_OUT: Final = Sentence("host.signed_out")
 _MAX_MESSAGE_CHARS: Final = 200
-
-
-class RoomForHost(Protocol):
-    """What the room does for the host."""
-
-    def send_away(
-        self, viewer: Viewer, sentence: Sentence, openings: Sequence[messages.Opening] = ()
-    ) -> None:
-        """Tell a viewer why they may not stay, and forget them."""
-
-    def check_all(self) -> None:
-        """Soon send away everybody here who may no longer stay."""
-
-    def check_rooms(self) -> None:
-        """Soon do the same for everybody who watches in a LiveKit room."""
 
 
 class HostActs:
     """Carries out the messages that only the host may send."""
 
-    def __init__(
-        self,
-        *,
-        clock: Clock,
-        access: Access,
-        decisions: HostDecisions,
-        turns: Turns,
-        control: ControlLoop,
-        viewers: Viewers,
-        records: Records,
-        room: RoomForHost,
-        stops: StopBudget,
-        event_maker: EventMaker,
-        public_url: str = "",
-    ) -> None:
-        self._clock = clock
-        self._access = access
-        self._decisions = decisions
-        self._turns = turns
-        self._control = control
-        self._viewers = viewers
-        self._records = records
-        self._room = room
+    def __init__(self, parts: Parts, stops: StopBudget, presence: Presence) -> None:
+        self._clock = parts.clock
+        self._access = parts.access
+        self._decisions = parts.decisions
+        self._turns = parts.turns
+        self._control = parts.control
+        self._viewers = parts.viewers
+        self._records = parts.records
+        self._event_maker = parts.keeper.event_maker
+        self._public_url = parts.settings.server.public_url
         self._stops = stops
-        self._event_maker = event_maker
-        self._public_url = public_url
+        self._presence = presence
 
     def handle(self, host: Viewer, act: messages.HostIn) -> None:
         """Carry out an act, and record it."""
@@ -160,16 +122,16 @@ class HostActs:
             return
         if act.ban:
             self._access.ban(viewer.visitor)
-            self._room.check_rooms()  # the ban covers their address
+            self._presence.check_rooms()  # the ban covers their address
         kind: Literal["viewer.removed", "viewer.banned"]
         kind = "viewer.banned" if act.ban else "viewer.removed"
         self._event_maker.publish(Removed(type=kind, viewer=viewer.number, name=viewer.name))
         for one in self._viewers.of_identity(viewer.visitor.identity):
-            self._room.send_away(one, BANNED if act.ban else REMOVED)
+            self._presence.send_away(one, BANNED if act.ban else REMOVED)
 
     def _check_all(self) -> None:
-        self._room.check_all()
-        self._room.check_rooms()
+        self._presence.check_all()
+        self._presence.check_rooms()
 
     def _mute(self, act: messages.Mute) -> None:
         viewer = self._viewers.numbered(act.viewer)

@@ -16,25 +16,17 @@ from wax.records.shortened import shortened
 from wax.sentence import Sentence
 from wax.session import equipment
 from wax.session.diagnosis import for_guests
+from wax.session.presence import LOST_S
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
-    from wax.access.access import Access
     from wax.access.admission import Grant, Visitor
-    from wax.capture.source import Picture, Sound
-    from wax.capture.source_thread import SourceThread
-    from wax.config.settings import Settings
-    from wax.control.driving_view import DrivingView
     from wax.control.stop_latch import LatchedStop
-    from wax.control.turns import Turns
-    from wax.driver.interface import Driver, RobotState
-    from wax.fanout.camera import Camera
-    from wax.session.host_decisions import HostDecisions
+    from wax.driver.interface import RobotState
+    from wax.session.parts import Parts
     from wax.session.stop_budget import PressingAddress
     from wax.session.viewer import Viewer
-    from wax.session.voices import Voices
-    from wax.streams.interface import Service
 
 _MOST_TOLD: Final = 40
 """Waiting viewers listed in a message to the LiveKit rooms."""
@@ -42,75 +34,43 @@ _viewer_info: Final = lru_cache(maxsize=1024)(messages.ViewerInfo)
 """Unchanged lines are the same object, so that comparing a crowd's lines is fast."""
 
 
-def _no_tape() -> None:
-    """Return None: the host does not record."""
-
-
 class PageMessages:
-    """Makes the messages for all pages and for new ones; changes no state.
+    """Makes the messages for all pages and for new ones; changes no state."""
 
-    `tape` returns the recording's status, None if there is no recording; `problems` what the host
-    has to know; `has_way_in` whether people elsewhere can reach the page.
-    """
-
-    def __init__(
-        self,
-        *,
-        settings: Settings,
-        service: Service,
-        driver: Driver,
-        turns: Turns,
-        captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
-        view: DrivingView,
-        access: Access,
-        decisions: HostDecisions,
-        voices: Voices | None = None,
-        tape: Callable[[], messages.Tape | None] = _no_tape,
-        cameras: Sequence[Camera] = (),
-        problems: Callable[[], list[Sentence]] = list,
-        has_way_in: Callable[[], bool] = lambda: True,
-    ) -> None:
-        self._problems = problems
-        self._has_way_in = has_way_in
-        self._cameras = cameras
-        self._tape = tape
-        self._settings = settings
-        self._sizes = list(service.sizes)
-        self._acknowledge = service.acknowledged
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._settings = parts.settings
+        self._service = parts.pipelines.service
         # Read once, at the start: a plug-in driver may raise later.
+        driver = parts.driver
         self._kind, self._limits = driver.kind, driver.limits
         self._own_view = driver.own_view if isinstance(driver, KnowsItsView) else None
-        self._turns = turns
-        self._captures = captures
-        self._view = view
-        self._access = access
-        self._decisions = decisions
-        self._voices = voices
+        self._turns = parts.turns
+        self._captures = parts.pipelines.captures
+        self._cameras = parts.pipelines.cameras
+        self._access = parts.access
+        self._decisions = parts.decisions
+        self._voices = parts.voices
 
-    def hello(
-        self, number: int, visitor: Visitor, grant: Grant, *, lost_after_s: float
-    ) -> messages.Hello:
-        """Return the greeting for the viewer with this number, 0 for one in a LiveKit room.
-
-        An operator silent for `lost_after_s` is lost.
-        """
+    def hello(self, number: int, visitor: Visitor, grant: Grant) -> messages.Hello:
+        """Return the greeting for the viewer with this number, 0 for one in a LiveKit room."""
         here = 0 if visitor.is_embed else number
         return messages.Hello(
             version=__version__,
             viewer=number,
             page=messages.PageInfo.model_validate(self._settings.page, from_attributes=True),
             robot=self._robot(),
-            sizes=self._sizes,
+            sizes=list(self._service.sizes),
             turn_s=self._settings.turns.turn_s,
             grace_s=self._settings.turns.grace_s,
             command_rate_hz=self._settings.drive.command_rate_hz,
             click_to_move=self._settings.drive.click_to_move,
-            on_loss=self._on_loss(lost_after_s),
+            on_loss=self._on_loss(),
             is_host=visitor.is_host,
             has_microphone="audio" in self._captures,
             may_hear=grant.hear,
             may_queue=grant.queue,
-            acknowledge=self._acknowledge,
+            acknowledge=self._service.acknowledged,
             voice=self._voice_rules(here),
             cameras=self._camera_infos(here),
             controls=equipment.controls(self._settings.controls) if here else [],
@@ -157,11 +117,11 @@ class PageMessages:
             ),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
             voice=None if self._voices is None else self._voices.info(),
-            tape=self._tape(),
+            tape=None if self._parts.tape is None else self._parts.tape.status(),
             aboard=self._aboard(state),
             cameras=[messages.SourceStatus(problem=one.problem) for one in self._cameras],
             controls=dict(controls or {}),
-            no_way_in=None if self._has_way_in() else Sentence("tunnel.nobody_new"),
+            no_way_in=None if self._parts.tunnel.problem is None else Sentence("tunnel.nobody_new"),
         )
 
     def for_rooms(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
@@ -178,7 +138,7 @@ class PageMessages:
         self, lines: list[messages.ConsoleViewer], pressers: Iterable[PressingAddress]
     ) -> messages.Console:
         """Return what only the host sees, with a line of each viewer."""
-        reused_at = self._access.reused_at
+        parts, reused_at = self._parts, self._access.reused_at
         return messages.Console(
             viewers=lines,
             closed=not self._access.is_open,
@@ -194,7 +154,12 @@ class PageMessages:
                 for one in pressers
             ],
             reused=None if reused_at is None else shortened(reused_at),
-            problems=self._problems(),
+            problems=[
+                *parts.kept.problems(),
+                *parts.tunnel.problems(),
+                *parts.hooks.problems(),
+                *parts.house.problems(),
+            ],
         )
 
     def console_line(self, viewer: Viewer) -> messages.ConsoleViewer:
@@ -243,7 +208,7 @@ class PageMessages:
             return None
         return messages.CallInfo(viewer=call.viewer, until_server_ms=call.until_s * 1000)
 
-    def _on_loss(self, lost_after_s: float) -> messages.LossRules:
+    def _on_loss(self) -> messages.LossRules:
         drive, limits = self._settings.drive, self._limits
         return messages.LossRules(
             max_age_ms=drive.max_age_ms,
@@ -251,7 +216,7 @@ class PageMessages:
             slow_picture_age_ms=drive.slow_picture_age_ms,
             stop_picture_age_ms=drive.stop_picture_age_ms,
             resume_within_ms=LAPSE_S * 1000,
-            lost_after_ms=lost_after_s * 1000,
+            lost_after_ms=LOST_S * 1000,
             max_stop_distance_m=drive.max_stop_distance_m,
             silence_ms=_ms(limits.silence_s),
             robot_ttl_ms=_ms(limits.ttl_s),
@@ -336,7 +301,7 @@ class PageMessages:
 
     def _undated(self, now_s: float) -> Sentence | None:
         """Return why nobody can drive by the driving view although it delivers pictures."""
-        is_doubted = self._view.clock.is_doubted(now_s)
+        is_doubted = self._parts.pipelines.view.clock.is_doubted(now_s)
         return undated(self._settings.video.source) if is_doubted else None
 
     def _problem(self, stream: str, absent: Sentence | None) -> Sentence | None:

@@ -10,178 +10,79 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.access.permissions import check
-from wax.control.fairness import Person
-from wax.errors import ForbiddenError, FullError, NotAdmittedError
+from wax.errors import ForbiddenError, FullError
 from wax.fanout.batches import in_batches
 from wax.house.commands import ReleaseAt
 from wax.protocol import messages, room_change
-from wax.rate_limits import TokenBuckets
 from wax.sentence import Sentence
 from wax.session import names
 from wax.session.diagnosis import for_guests
 from wax.session.entry import Entry
-from wax.session.host_acts import SIGNED_OUT, HostActs
+from wax.session.host_acts import HostActs
 from wax.session.kept_state import KeptState
+from wax.session.page_messages import PageMessages
+from wax.session.presence import GOODBYE, Presence
+from wax.session.roles import role_of
+from wax.session.room_queue import RoomQueue
 from wax.session.room_updates import RoomUpdates
 from wax.session.rooms import Rooms
 from wax.session.stop_budget import StopBudget
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator
 
-    from wax.access.access import Access
     from wax.access.admission import Visitor
     from wax.access.permissions import Role
-    from wax.clock import Clock
-    from wax.cluster.cluster import Cluster
-    from wax.config.settings import Settings
     from wax.control.controls import Operation
     from wax.control.gate import Command
-    from wax.control.loop import ControlLoop
     from wax.control.reasons import Refusal
-    from wax.control.turns import Turns
     from wax.house.commands import HouseAct
-    from wax.records.records import Records
-    from wax.rtc.network import Network
     from wax.rtc.peer import Peer
-    from wax.session.host_decisions import HostDecisions
-    from wax.session.kept_state import KeptFile
-    from wax.session.page_messages import PageMessages
-    from wax.session.record_keeper import RecordKeeper
-    from wax.session.tape_keeper import TapeKeeper
+    from wax.session.parts import Parts
     from wax.session.viewer import Request, Viewer
-    from wax.session.viewers import Viewers
-    from wax.session.voices import Voices
-    from wax.streams.interface import Service
-    from wax.telemetry import Counters
 
 _LOG = structlog.get_logger(__name__)
 
 _ROUND_S: Final = 0.05
 _POLL_S: Final = 0.2
 """The robot and the sources have no callback for failures; they are polled this often."""
-_LOST_S: Final = 1.0
-"""Five missed heartbeats: the link is lost, the robot stops, the turn is kept for a grace time."""
-_OTHERS_LOST_S: Final = 3.5
-"""The same for viewers who do not drive; observers send a heartbeat only once a second."""
-_DEAD_S: Final = 10.0
-"""A peer that is silent for this long is closed; a page that is still open makes a new one."""
-_HALF_OPEN_S: Final = 9.0
-"""The same for a peer whose channels have not opened yet."""
-_GOODBYE_S: Final = 0.1
-"""SCTP sends a message on later passes of the event loop; closing a peer drops what is left."""
-_GOODBYE: Final = Sentence("door.goodbye")
 _CHECK_S: Final = 1.0
 """How often to check whether everybody may still stay: hours and invitations simply expire."""
-_JOINS_HZ: Final = 0.5
-_JOINS_BURST: Final = 10
-"""Per browser: joining an idle robot's queue and leaving it is a turn, which all are told."""
-_MOST_JOINING: Final = 1000
-_JOINS_TOO_OFTEN: Final = Sentence("queue.too_often")
 _NO_TAPE: Final = Sentence("tape.none")
 
 
 class Room:
-    """The viewers, their peers and their queue; call all methods from the event loop."""
+    """The viewers, their peers and their queue; call all methods from the event loop.
 
-    def __init__(
-        self,
-        *,
-        settings: Settings,
-        clock: Clock,
-        counters: Counters,
-        service: Service,
-        turns: Turns,
-        viewers: Viewers,
-        control: ControlLoop,
-        page_messages: PageMessages,
-        keeper: RecordKeeper,
-        network: Network,
-        access: Access,
-        decisions: HostDecisions,
-        kept: KeptFile,
-        records: Records,
-        cluster: Cluster,
-        has_time: Callable[[int], bool],
-        voices: Voices | None = None,
-        tape: TapeKeeper | None = None,
-    ) -> None:
-        self._settings = settings
-        self._tape = tape
-        self._network = network
-        self._clock = clock
-        self._counters = counters
-        self._service = service
-        self._turns = turns
-        self._viewers = viewers
-        self._page_messages = page_messages
-        self._control = control
-        self._access = access
-        self._decisions = decisions
-        self._kept = kept
-        self._stops = StopBudget(
-            settings=settings.stop,
-            clock=clock,
-            decisions=decisions,
-            turns=turns,
-            control=control,
-            keeper=keeper,
-            save=self._save,
-            watching=self._watches_from,
-        )
-        self._host_acts = HostActs(
-            clock=clock,
-            access=access,
-            decisions=decisions,
-            turns=turns,
-            control=control,
-            viewers=viewers,
-            records=records,
-            room=self,
-            stops=self._stops,
-            event_maker=keeper.event_maker,
-            public_url=settings.server.public_url,
-        )
-        self._entry = Entry(
-            settings=settings,
-            clock=clock,
-            counters=counters,
-            service=service,
-            network=network,
-            access=access,
-            viewers=viewers,
-            events=self,
-            drop_peer=self._drop_peer,
-            send_away=self.send_away,
-            is_due=self._is_due,
-            has_time=has_time,
-            voices=voices,
-        )
-        self._voices = voices
-        self._rooms = Rooms(
-            settings=settings.server,
-            clock=clock,
-            cluster=cluster,
-            access=access,
-            viewers=viewers,
-            turns=turns,
-            control=control,
-            entry=self._entry,
-            page_messages=page_messages,
-            wait=self._waits_in_room,
-            join=self._join,
-            forget=self._forget,
-            lost_after_s=_LOST_S,
-        )
-        cluster.broadcast(self._message_for_rooms)
-        self._joins = TokenBuckets(rate_hz=_JOINS_HZ, burst=_JOINS_BURST, most=_MOST_JOINING)
-        self._gone_since_s: dict[int, float] = {}
+    `rooms` has the people who watch in LiveKit rooms, `queue` is for those of them who wait.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        self._settings = parts.settings
+        self._clock = parts.clock
+        self._counters = parts.counters
+        self._turns = parts.turns
+        self._viewers = parts.viewers
+        self._control = parts.control
+        self._access = parts.access
+        self._decisions = parts.decisions
+        self._kept = parts.kept
+        self._tape = parts.tape
+        self._voices = parts.voices
+        self._page_messages = PageMessages(parts)
+        self.rooms = Rooms(parts, self._page_messages)
+        self._presence = Presence(parts, self.rooms)
+        self._entry = Entry(parts, self._presence, events=self)
+        self.queue = RoomQueue(parts, self._page_messages, self._presence, self._entry)
+        self._stops = StopBudget(parts, self._presence)
+        self._host_acts = HostActs(parts, self._stops, self._presence)
         self._is_closing = False
-        self._updates = RoomUpdates(clock.now_s())
+        self._updates = RoomUpdates(self._clock.now_s())
         self._polled_s = 0.0
         self._told_problem: Sentence | None = None
         self._checked_s = 0.0
-        self._take_over(kept.before)
+        parts.cluster.broadcast(self._message_for_rooms)
+        self._take_over(parts.kept.before)
 
     # --- over a restart --------------------------------------------------------------------
 
@@ -191,7 +92,8 @@ class Room:
         if in_force := before.model_dump(exclude_defaults=True):
             _LOG.info("in force since before the restart", **in_force)
         if before.stop is not None:
-            self._stops.restore(before.stop)
+            with self._saving():
+                self._stops.restore(before.stop)
 
     def _take_over(self, kept: KeptState) -> None:
         self._decisions.is_blanked = kept.is_blanked
@@ -202,6 +104,14 @@ class Room:
         self._access.admission.closed_until_s = kept.closed_until_s
         if kept.is_held:
             self._control.hold_queue(is_held=True)
+
+    @contextmanager
+    def _saving(self) -> Iterator[None]:
+        """Afterwards save what must outlast a restart, if it has changed."""
+        try:
+            yield
+        finally:
+            self._save()
 
     def _save(self) -> None:
         admission, decisions = self._access.admission, self._decisions
@@ -223,25 +133,16 @@ class Room:
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         """Answer a page's offer; see `Entry.answer`."""
         if self._is_closing:
-            raise FullError(_GOODBYE)
+            raise FullError(GOODBYE)
         return await self._entry.answer(visitor, tab, offer)
-
-    @property
-    def rooms(self) -> Rooms:
-        """The people who watch in LiveKit rooms."""
-        return self._rooms
 
     # --- viewers' events (ViewerEvents) ----------------------------------------------------
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
         self._entry.connected(viewer.number)
-        viewer.send(
-            self._page_messages.hello(
-                viewer.number, viewer.visitor, viewer.grant, lost_after_s=_LOST_S
-            )
-        )
-        self._control.connect(viewer.number, _person(viewer))
+        viewer.send(self._page_messages.hello(viewer.number, viewer.visitor, viewer.grant))
+        self._presence.connect(viewer)
         if (told := self._updates.told) is not None:
             # The next change builds on that state; the viewer's own line comes at once.
             viewer.send(told)
@@ -260,19 +161,13 @@ class Room:
         # A viewer who never connected may be one of a flood, which must not fill the log.
         log = _LOG.info if viewer.was_ready else _LOG.debug
         log("viewer's peer closed", viewer=viewer.number)
-        self._drop_peer(viewer)
+        self._presence.drop_peer(viewer)
         if not viewer.was_ready:
-            self._forget(viewer)
+            self._presence.forget(viewer)
 
     def viewer_role(self, viewer: Viewer) -> Role:
         """Return a viewer's current role."""
-        if viewer.visitor.is_embed:
-            return "embed"
-        if viewer.visitor.is_host:
-            return "host"
-        if viewer.number != self._turns.operator:
-            return "observer"
-        return "adviser" if self._control.is_taken else "operator"
+        return role_of(viewer, self._turns, self._control)
 
     def viewer_wants_name(self, viewer: Viewer, name: str) -> None:
         others = (
@@ -290,7 +185,7 @@ class Room:
         with self._refusing(viewer):
             match request:
                 case messages.Join():
-                    self._join(viewer)
+                    self._presence.join(viewer)
                 case messages.Leave():
                     self._control.leave(viewer.number)
                 case messages.Here():
@@ -304,17 +199,15 @@ class Room:
         viewer.send(messages.Notice(text=self._tape.keep(self.viewer_role(viewer))))
 
     def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None:
-        try:
+        with self._saving():
             self._host_acts.handle(viewer, act)
-        finally:
-            self._save()
 
     def viewer_stops(self, viewer: Viewer, press: int | None) -> None:
-        with self._refusing(viewer):
+        with self._refusing(viewer), self._saving():
             self._stops.press(viewer, press, is_host=viewer.visitor.is_host)
 
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
-        with self._refusing(viewer):
+        with self._refusing(viewer), self._saving():
             sent_s = viewer.release_sent_s(release)
             self._stops.release(viewer, release.stop, sent_s, is_host=viewer.visitor.is_host)
 
@@ -340,7 +233,7 @@ class Room:
             return "host"
         viewer = self._acting(visitor, None)
         if viewer is None:
-            return "observer" if self._rooms.has_seat(visitor) else "stranger"
+            return "observer" if self.rooms.has_seat(visitor) else "stranger"
         return self.viewer_role(viewer)
 
     def by_tab(self, visitor: Visitor, tab: str) -> Visitor:
@@ -349,12 +242,12 @@ class Room:
         Embeds have no tab secret, and a secret alone makes nobody the host.
         """
         viewer = self._viewers.of_secret(tab)
-        found = self._rooms.of_tab(tab) if viewer is None else viewer.visitor
+        found = self.rooms.of_tab(tab) if viewer is None else viewer.visitor
         return visitor if found is None or found.is_host else found
 
     def has_people_at(self, address: str) -> bool:
         """Whether somebody at this address watches, here or in a LiveKit room."""
-        return bool(self._watches_from(address))
+        return bool(self._presence.watches_from(address))
 
     def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
         """Count a piece of a file; return the longest pause that `Streams.file_sent` asks for."""
@@ -365,103 +258,41 @@ class Room:
     def stop_by(self, visitor: Visitor, tab: str | None, press: int | None = None) -> int:
         """Latch the Stop before anything else; returns its number. Raises `ForbiddenError`."""
         viewer = self._acting(visitor, tab)
-        if viewer is None and not visitor.is_host and self._rooms.has_seat(visitor):
-            number = self._stops.press_from_room(visitor, press)
-        else:
-            number = self._stops.press(viewer, press, is_host=visitor.is_host)
+        with self._saving():
+            if viewer is None and not visitor.is_host and self.rooms.has_seat(visitor):
+                number = self._stops.press_from_room(visitor, press)
+            else:
+                number = self._stops.press(viewer, press, is_host=visitor.is_host)
         self._viewers.changed()
         return number
 
     def release_by(self, visitor: Visitor, tab: str | None, stop: int) -> None:
         """Release the stop with this number; raises `ForbiddenError`."""
         viewer = self._acting(visitor, tab)
-        self._stops.release(viewer, stop, None, is_host=visitor.is_host)
+        with self._saving():
+            self._stops.release(viewer, stop, None, is_host=visitor.is_host)
         self._viewers.changed()
 
     def house_acts(self, act: HouseAct) -> None:
         """Carry out an act of the host's home automation; raises `ForbiddenError` if it may not."""
         check("house", messages.Release if isinstance(act, ReleaseAt) else type(act))
-        match act:
-            case messages.Stop():
-                self._stops.press_from_house()
-            case ReleaseAt():
-                if not self._settings.mqtt.release:
-                    raise ForbiddenError(Sentence("may.operator"))
-                self._stops.release_from_house((self._clock.wall_ms() - act.wall_ms) / 1000)
-            case _:
-                try:
+        with self._saving():
+            match act:
+                case messages.Stop():
+                    self._stops.press_from_house()
+                case ReleaseAt():
+                    if not self._settings.mqtt.release:
+                        raise ForbiddenError(Sentence("may.operator"))
+                    self._stops.release_from_house((self._clock.wall_ms() - act.wall_ms) / 1000)
+                case _:
                     self._host_acts.handle_from_house(act)
-                finally:
-                    self._save()
         self._viewers.changed()
-
-    def _watches_from(self, address: str) -> dict[str, float]:
-        """Return since when each browser at an address has watched, here or in a LiveKit room."""
-        since_s = self._rooms.since_s(address)
-        for one in self._viewers:
-            if one.was_ready and one.visitor.address == address and not one.visitor.is_embed:
-                who = one.visitor.identity
-                since_s[who] = min(one.since_s, since_s.get(who, one.since_s))
-        return since_s
 
     def _acting(self, visitor: Visitor, tab: str | None) -> Viewer | None:
         """Return the viewer behind a request: the operator if this browser drives, else the tab."""
         own = self._viewers.of_identity(visitor.identity)
         drives = next((one for one in own if one.number == self._turns.operator), None)
         return drives or self._viewers.of_tab(visitor.identity, tab) or next(iter(own), None)
-
-    # --- for the host (RoomForHost) ---------------------------------------------------------
-
-    def send_away(
-        self, viewer: Viewer, sentence: Sentence, openings: Sequence[messages.Opening] = ()
-    ) -> None:
-        """Tell a viewer why they may not stay, and forget them."""
-        _LOG.info("viewer sent away", viewer=viewer.number, why=str(sentence))
-        self._rooms.send_away(viewer.visitor.identity, sentence, openings)
-        viewer.send(messages.Ended(text=sentence, openings=list(openings)))
-        peer, viewer.peer = viewer.peer, None
-        with viewer.boundary:
-            viewer.release()
-        self._forget(viewer)
-        if peer is not None:
-            # Later, because the message must be sent before the channel closes.
-            asyncio.get_running_loop().call_later(_GOODBYE_S, peer.abandon)
-
-    def check_all(self) -> None:
-        """Soon send away everybody who may no longer stay, and update the others' rights."""
-        in_batches([partial(self._check, viewer) for viewer in self._viewers])
-
-    def _check(self, viewer: Viewer) -> None:
-        if self._viewers.numbered(viewer.number) is None:
-            return  # gone since this was scheduled
-        visitor = self._access.refreshed(viewer.visitor)
-        if viewer.visitor.is_host and not visitor.is_host:
-            viewer.visitor = visitor
-            self.send_away(viewer, SIGNED_OUT)
-            return
-        try:
-            grant = self._access.admit(visitor)
-        except NotAdmittedError as error:
-            self.send_away(viewer, error.sentence, error.openings)
-        else:
-            viewer.update_access(visitor, grant)
-            self._control.update_person(viewer.number, _person(viewer))
-
-    def check_rooms(self) -> None:
-        """Soon do the same for everybody who watches in a LiveKit room."""
-        self._rooms.check_all()
-
-    def _join(self, viewer: Viewer) -> None:
-        """Put a viewer into the queue; raises `ForbiddenError` with the reason if it cannot."""
-        joins = self._turns.place(viewer.number) is None
-        if joins and not self._joins.take(viewer.visitor.identity, self._clock.now_s()):
-            raise ForbiddenError(_JOINS_TOO_OFTEN)
-        refusal = self._control.join(viewer.number)
-        if refusal is not None:
-            raise ForbiddenError(refusal)
-
-    def _waits_in_room(self, viewer: Viewer) -> None:
-        self._control.connect(viewer.number, _person(viewer), is_here=False)
 
     @contextmanager
     def _refusing(self, viewer: Viewer) -> Iterator[None]:
@@ -471,19 +302,6 @@ class Room:
         except ForbiddenError as error:
             self._counters.add("requests refused")
             viewer.send(messages.Notice(text=error.sentence))
-        self._viewers.changed()
-
-    def _drop_peer(self, viewer: Viewer) -> None:
-        """Drop a viewer's peer: the robot stops if they drove; they keep their place for now."""
-        viewer.peer = None
-        with viewer.boundary:
-            viewer.release()
-        now_s = self._clock.now_s()
-        self._control.lost(viewer.number)
-        if viewer.is_in_room(now_s):  # their page announced it before it disconnected
-            self._waits_in_room(viewer)
-        else:
-            self._gone_since_s[viewer.number] = now_s
         self._viewers.changed()
 
     # --- housekeeping ----------------------------------------------------------------------
@@ -497,9 +315,9 @@ class Room:
 
     def round(self, now_s: float) -> Iterator[None]:
         """Run one round in short steps; rounds come at a fixed rate, whatever happens in them."""
-        self._sweep(now_s)
+        self._presence.sweep(now_s)
         yield
-        self._rooms.round(now_s)
+        self.rooms.round(now_s)
         in_batches([partial(_run_deferred, viewer, now_s) for viewer in self._viewers])
         renamed = [viewer for viewer in self._viewers if viewer.has_name_waiting]
         in_batches([partial(_run_deferred_name, viewer, now_s) for viewer in renamed], portion=1)
@@ -508,7 +326,7 @@ class Room:
         yield
         if now_s - self._checked_s >= _CHECK_S:
             self._checked_s = now_s
-            self.check_all()
+            self._presence.check_all()
             self._send_console()
             yield
         # First, or a Stop would shift the page's layout, and its paused clock a second time.
@@ -553,45 +371,7 @@ class Room:
     async def close(self) -> None:
         """Say goodbye to every page and close its peer; nobody is admitted any more."""
         self._is_closing = True
-        for viewer in self._viewers:
-            viewer.send(messages.Goodbye(text=_GOODBYE))
-        if len(self._viewers) > 0:
-            await asyncio.sleep(_GOODBYE_S)
-        await asyncio.gather(*(viewer.close() for viewer in self._viewers))
-
-    def _sweep(self, now_s: float) -> None:
-        for viewer in self._viewers:
-            if viewer.is_in_room(now_s):
-                continue
-            if viewer.peer is None:
-                if not self._turns.is_lost(viewer.number):  # their page has stopped renewing
-                    self._control.lost(viewer.number)
-                since_s = self._gone_since_s.setdefault(viewer.number, now_s)
-                if now_s - since_s >= self._settings.turns.grace_s:
-                    self._forget(viewer)
-                continue
-            silence_s = viewer.link.silence_s(now_s)
-            with viewer.boundary:
-                dead_s = _DEAD_S if viewer.is_ready else _HALF_OPEN_S
-                if silence_s > dead_s or not viewer.peer.is_alive:
-                    viewer.peer.abandon()
-                    continue
-            if viewer.is_ready and silence_s > self._lost_after_s(viewer):
-                if not self._turns.is_lost(viewer.number):
-                    _LOG.info("viewer silent", viewer=viewer.number)
-                self._control.lost(viewer.number)
-            elif viewer.is_ready and self._turns.is_lost(viewer.number):
-                self._control.returned(viewer.number)
-
-    def _lost_after_s(self, viewer: Viewer) -> float:
-        return _LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
-
-    def _forget(self, viewer: Viewer) -> None:
-        log = _LOG.info if viewer.was_ready else _LOG.debug
-        log("viewer gone", viewer=viewer.number)
-        self._viewers.remove(viewer)
-        self._gone_since_s.pop(viewer.number, None)
-        self._control.gone(viewer.number)
+        await self._presence.close()
 
     def _send_changes(self, now_s: float) -> Iterator[None]:
         room = self.snapshot(now_s)
@@ -608,12 +388,9 @@ class Room:
             [partial(_send, viewer, text, for_host) for viewer in self._viewers if viewer.is_ready]
         )
 
-    def _is_due(self, viewer: Viewer) -> bool:
-        return self._rooms.is_due(viewer)
-
     def _message_for_rooms(self) -> str | None:
         now_s = self._clock.now_s()
-        return self._rooms.message(self.snapshot(now_s), now_s)
+        return self.rooms.message(self.snapshot(now_s), now_s)
 
 
 def _run_deferred(viewer: Viewer, now_s: float) -> None:
@@ -628,9 +405,3 @@ def _run_deferred_name(viewer: Viewer, now_s: float) -> None:
 
 def _send(viewer: Viewer, text: str, for_host: str) -> None:
     viewer.send_text(for_host if viewer.knows_faults else text)
-
-
-def _person(viewer: Viewer) -> Person:
-    visitor = viewer.visitor
-    may_queue = viewer.grant.queue and not visitor.is_embed
-    return Person(visitor.identity, visitor.address, visitor.invited_to is not None, may_queue)

@@ -1,90 +1,44 @@
-"""People who watch in LiveKit rooms: their seats there, their places in the queue here.
-
-Somebody who waits is a viewer without a peer; their page connects ten seconds before their turn
-(`web/src/rooms/visit.ts`), which does not begin before it has (`wax.control.turns`).
-"""
+"""The seats of those who watch in LiveKit rooms."""
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 from wax.cluster.room_directory import person
-from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
+from wax.errors import FullError, NoPlaceError, NotAdmittedError
 from wax.protocol import messages
 from wax.sentence import Sentence
 from wax.session.room_seats import Seats
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Sequence
 
-    from wax.access.access import Access
     from wax.access.admission import Visitor
-    from wax.clock import Clock
-    from wax.cluster.cluster import Cluster
-    from wax.config.server import ServerSettings
-    from wax.control.loop import ControlLoop
-    from wax.control.turns import Turns
-    from wax.session.entry import Entry
     from wax.session.page_messages import PageMessages
-    from wax.session.viewer import Viewer
-    from wax.session.viewers import Viewers
-
-Wants = Literal["join", "leave", "here", "stay"]
+    from wax.session.parts import Parts
 
 WATCHING_IS_FULL: Final = Sentence("door.watching_full")
 _TOO_MANY: Final = Sentence("door.watching_full_for_address")
-_NOT_QUEUED: Final = Sentence("queue.not_in")
-_NO_ROOMS: Final = Sentence("queue.no_rooms")
 _FULL_AFTER_S: Final = 5
 _LEAST_PER_ADDRESS: Final = 4
-_STAYS_S: Final = 20.0
-"""A waiting page renews its place four times as often."""
-_DUE_S: Final = 15.0
 _CHECKED_AT_ONCE: Final = 200
 """A millisecond's work: checking a crowd must not delay driving."""
 _SENT_AWAY_S: Final = 60.0
 
 
 class Rooms:
-    """Gives people seats in the rooms, and takes the seats back.
+    """Gives people seats in the rooms, and takes the seats back."""
 
-    `wait` tells the turns that a viewer waits in a room, `join` puts a viewer into the queue or
-    raises `ForbiddenError`, `forget` drops a viewer.
-    """
-
-    def __init__(
-        self,
-        *,
-        settings: ServerSettings,
-        clock: Clock,
-        cluster: Cluster,
-        access: Access,
-        viewers: Viewers,
-        turns: Turns,
-        control: ControlLoop,
-        entry: Entry,
-        page_messages: PageMessages,
-        wait: Callable[[Viewer], None],
-        join: Callable[[Viewer], None],
-        forget: Callable[[Viewer], None],
-        lost_after_s: float,
-    ) -> None:
-        self._clock = clock
-        self._cluster = cluster
-        self._access = access
-        self._viewers = viewers
-        self._turns = turns
-        self._control = control
-        self._entry = entry
+    def __init__(self, parts: Parts, page_messages: PageMessages) -> None:
+        self._clock = parts.clock
+        self._cluster = parts.cluster
+        self._access = parts.access
+        self._viewers = parts.viewers
+        self._turns = parts.turns
         self._page_messages = page_messages
-        self._wait = wait
-        self._join = join
-        self._forget = forget
-        self._lost_after_s = lost_after_s
-        self._share = settings.max_share_per_address
+        self._share = parts.settings.server.max_share_per_address
         self._seats = Seats()
         self._unchecked: list[str] = []
         self._sent_away: dict[str, tuple[Sentence, Sequence[messages.Opening], float]] = {}
@@ -132,7 +86,7 @@ class Rooms:
             wall_ms=self._clock.wall_ms(),
             rooms=[messages.Seat(url=one.url, token=one.token) for one in seats],
             links=links,
-            hello=self._page_messages.hello(0, visitor, grant, lost_after_s=self._lost_after_s),
+            hello=self._page_messages.hello(0, visitor, grant),
         )
 
     def leave(self, visitor: Visitor, tab: str) -> None:
@@ -181,62 +135,6 @@ class Rooms:
         self._seats.remove(name)
         self._sent_away[name] = (sentence, openings, self._clock.now_s() + _SENT_AWAY_S)
         self._cluster.remove(name, for_good=True)
-
-    # --- the queue ---------------------------------------------------------------------------
-
-    def queue(
-        self, visitor: Visitor, tab: str, wants: Wants, name: str | None = None
-    ) -> messages.ViewerInfo:
-        """Carry out the request of a page in a LiveKit room; return its line of the room's state.
-
-        The place lapses unless the page asks again within `_STAYS_S`; `name` is shown to others.
-        Raises `NotAdmittedError`, `FullError`, and `ForbiddenError` with the reason why the page
-        may not queue, for example because there are no LiveKit rooms.
-        """
-        if not self._cluster.is_used:
-            raise ForbiddenError(_NO_ROOMS)
-        now_s = self._clock.now_s()
-        viewer = self._viewers.of_tab(visitor.identity, tab)
-        if viewer is None:
-            if wants != "join":
-                raise ForbiddenError(_NOT_QUEUED)
-            viewer = self._entry.admit_to_queue(visitor, tab)
-        if viewer.peer is None:
-            viewer.update_access(visitor, self._access.admit(visitor))
-            self._wait(viewer)
-        viewer.in_room_until_s = now_s + _STAYS_S
-        with self._forgetting_unplaced(viewer):
-            self._carry_out(viewer, wants)
-            if name is not None:
-                viewer.request_name(name)
-        self._viewers.changed()
-        return self._page_messages.line(viewer, now_s)
-
-    def _carry_out(self, viewer: Viewer, wants: Wants) -> None:
-        match wants:
-            case "join":
-                self._join(viewer)
-            case "leave":
-                self._control.leave(viewer.number)
-            case "here":
-                self._control.answer_call(viewer.number)
-            case "stay":
-                pass
-
-    @contextmanager
-    def _forgetting_unplaced(self, viewer: Viewer) -> Iterator[None]:
-        """Afterwards forget the viewer if they have neither a peer nor a place."""
-        try:
-            yield
-        finally:
-            if viewer.peer is None and self._turns.place(viewer.number) is None:
-                self._forget(viewer)
-
-    def is_due(self, viewer: Viewer) -> bool:
-        """Whether somebody who waits in a room may connect here because their turn is near."""
-        place = self._turns.place(viewer.number)
-        wait_s = self._turns.wait_s(viewer.number, self._clock.now_s())
-        return place in (0, 1) or (wait_s is not None and wait_s <= _DUE_S)
 
     # --- what falls due ----------------------------------------------------------------------
 

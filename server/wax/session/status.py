@@ -8,89 +8,42 @@ from typing import TYPE_CHECKING
 
 from wax import __version__
 from wax.protocol.robot_report import ROBOT_VALUES
+from wax.telemetry import CountRates
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable
 
-    from wax.baseline.unit_hub import UnitHub
-    from wax.capture.audio_blocks import Blocks
-    from wax.capture.channel_faults import ChannelFaults
-    from wax.capture.source import Picture, Sound
-    from wax.capture.source_thread import SourceThread
-    from wax.clock import Clock
-    from wax.cluster.cluster import Cluster
-    from wax.control.loop import ControlLoop
-    from wax.control.turns import Turns
-    from wax.driver.interface import Driver
-    from wax.encode.choice import Encoders
     from wax.fanout.camera import Camera
-    from wax.fanout.sound_hub import SoundHub
-    from wax.fanout.video_hub import VideoHub
     from wax.protocol.messages import Report, StopInfo
     from wax.sentence import Sentence
+    from wax.session.parts import Parts
     from wax.session.room import Room
+    from wax.session.tape_keeper import TapeKeeper
     from wax.session.viewer import Viewer
-    from wax.session.viewers import Viewers
-    from wax.speaker.speaker_thread import SpeakerThread
-    from wax.tape.recorder import Recorder
-    from wax.telemetry import Counters, CountRates
 
 
 class Status:
     """Gathers one JSON object from all parts; changes no state."""
 
     def __init__(
-        self,
-        *,
-        clock: Clock,
-        room: Room,
-        viewers: Viewers,
-        control: ControlLoop,
-        turns: Turns,
-        driver: Driver,
-        video: VideoHub,
-        audio: SoundHub | UnitHub,
-        captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
-        blocks: Blocks,
-        channel_faults: ChannelFaults,
-        cluster: Cluster,
-        tape: Recorder | None,
-        counters: Counters,
-        rates: CountRates,
-        speaker: SpeakerThread | None = None,
-        cameras: Sequence[Camera] = (),
-        encoders: Sequence[Encoders] = (),
-        hooks: Callable[[], list[dict[str, object]]] = list,
-        door: Callable[[], dict[str, object] | None] = lambda: None,
-        steps: Callable[[], dict[str, dict[str, float]]] = dict,
+        self, parts: Parts, room: Room, steps: Callable[[], dict[str, dict[str, float]]]
     ) -> None:
-        self._hooks = hooks
-        self._door = door
-        self._steps = steps
-        self._encoders = encoders
-        self._cameras = cameras
-        self._clock = clock
+        self._parts = parts
         self._room = room
-        self._viewers = viewers
-        self._control = control
-        self._turns = turns
-        self._kind = driver.kind
-        self._video = video
-        self._audio = audio
-        self._captures = captures
-        self._blocks = blocks
-        self._channel_faults = channel_faults
-        self._cluster = cluster
-        self._tape = tape
-        self._counters = counters
-        self._rates = rates
-        self._speaker = speaker
+        self._steps = steps
+        self._kind = parts.driver.kind
+        self._clock = parts.clock
+        self._turns = parts.turns
+        self._control = parts.control
+        self._pipelines = parts.pipelines
+        self._video, self._audio = parts.pipelines.video, parts.pipelines.audio
+        self._rates = CountRates()
 
     def sample(self) -> None:
         """Sample the counters for the rates; call about once a second."""
         counts = {f"video.{name}": count for name, count in self._video.counts().items()}
         counts |= {f"audio.{name}": count for name, count in self._audio.counts().items()}
-        for camera in self._cameras:
+        for camera in self._pipelines.cameras:
             counts |= {
                 f"camera {camera.name}.{n}": count for n, count in camera.hub.counts().items()
             }
@@ -135,21 +88,21 @@ class Status:
                     "wanted": self._audio.wanted,
                     "dropped": self._audio.dropped,
                     "channels": self._audio.channels,
-                    "channel_fault": self._channel_faults.problem,
-                    "filled_ms": self._blocks.filled_ms,
-                    "cut_ms": self._blocks.dropped_ms,
+                    "channel_fault": self._pipelines.channel_faults.problem,
+                    "filled_ms": self._pipelines.blocks.filled_ms,
+                    "cut_ms": self._pipelines.blocks.dropped_ms,
                 },
             },
             "cameras": [
                 self._camera(camera) | {"encoder": self._encoder(number)}
-                for number, camera in enumerate(self._cameras, 1)
+                for number, camera in enumerate(self._pipelines.cameras, 1)
             ],
             **self._voice(),
-            "rooms": self._cluster.status(),
-            "tape": _tape(self._tape),
-            "hooks": self._hooks(),
-            "door": self._door(),
-            "counters": self._counters.snapshot() | self._control.counts(),
+            "rooms": self._parts.cluster.status(),
+            "tape": _tape(self._parts.tape),
+            "hooks": self._parts.hooks.status(),
+            "door": self._parts.tunnel.status(),
+            "counters": self._parts.counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
             "steps": self._steps(),
         }
@@ -171,23 +124,24 @@ class Status:
 
     def _encoder(self, number: int) -> dict[str, object] | None:
         """Return the encoder status of the driving view (0) or of another camera."""
-        return self._encoders[number].status() if self._encoders else None
+        return self._pipelines.encoders[number].status() if self._pipelines.encoders else None
 
     def _voice(self) -> dict[str, object]:
         """Return the status of the robot's speaker, empty if it has none."""
-        if self._speaker is None:
+        speaker = self._parts.speaker
+        if speaker is None:
             return {}
         return {
             "voice": {
-                "problem": _text(self._speaker.problem),
-                "failures": self._speaker.failures,
-                "lost_ms": self._speaker.lost_ms,
+                "problem": _text(speaker.problem),
+                "failures": speaker.failures,
+                "lost_ms": speaker.lost_ms,
             }
         }
 
     def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:
         """Return what is known about a viewer, even if their streams fail."""
-        viewer = self._viewers.numbered(number)
+        viewer = self._parts.viewers.numbered(number)
         if viewer is None:
             return line
         with viewer.boundary:
@@ -209,7 +163,7 @@ class Status:
         }
 
     def _failures(self, stream: str) -> int:
-        capture = self._captures.get(stream)
+        capture = self._pipelines.captures.get(stream)
         return 0 if capture is None else capture.failures
 
     def _robot(self) -> dict[str, object]:
@@ -237,10 +191,10 @@ def _stop(stop: StopInfo | None) -> dict[str, object] | None:
     return None if stop is None else {"number": stop.number, "by": str(stop.by)}
 
 
-def _tape(tape: Recorder | None) -> dict[str, object] | None:
+def _tape(tape: TapeKeeper | None) -> dict[str, object] | None:
     if tape is None:
         return None
-    status = tape.status()
+    status = tape.recorder.status()
     return asdict(status) | {"problem": _text(status.problem)}
 
 

@@ -26,17 +26,13 @@ from wax.rate_limits import MinuteLimits
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from wax.access.admission import Visitor
-    from wax.clock import Clock
-    from wax.config.stop import StopSettings
-    from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
-    from wax.control.turns import Turns
     from wax.protocol.events import StopRole
-    from wax.session.host_decisions import HostDecisions
-    from wax.session.record_keeper import RecordKeeper
+    from wax.session.parts import Parts
+    from wax.session.presence import Presence
     from wax.session.viewer import Viewer
 
 ONLY_THE_OPERATOR_STOPS: Final = Sentence("stop.only_operator")
@@ -67,32 +63,16 @@ class PressingAddress:
 
 
 class StopBudget:
-    """Passes a press to the latch if its sender may press Stop, is not muted, and has budget left.
+    """Passes a press to the latch if its sender may press, is not muted, and has budget left."""
 
-    `save` is called at each change of the latch. `watching` returns who watches from an address,
-    by identity, and since when.
-    """
-
-    def __init__(
-        self,
-        *,
-        settings: StopSettings,
-        clock: Clock,
-        decisions: HostDecisions,
-        turns: Turns,
-        control: ControlLoop,
-        keeper: RecordKeeper,
-        save: Callable[[], None],
-        watching: Callable[[str], Mapping[str, float]],
-    ) -> None:
-        self._settings = settings
-        self._clock = clock
-        self._decisions = decisions
-        self._turns = turns
-        self._control = control
-        self._keeper = keeper
-        self._save = save
-        self._watching = watching
+    def __init__(self, parts: Parts, presence: Presence) -> None:
+        settings = self._settings = parts.settings.stop
+        self._clock = parts.clock
+        self._decisions = parts.decisions
+        self._turns = parts.turns
+        self._control = parts.control
+        self._keeper = parts.keeper
+        self._presence = presence
         address = settings.max_per_minute_per_address
         self._most_known = max(1, min(MOST_KNOWN, address // 2))
         self._people = MinuteLimits(each=settings.max_per_minute, most=_MOST)
@@ -189,7 +169,6 @@ class StopBudget:
             release_after_s=self._settings.release_after_s,
         )
         self._in_force = "host" if role == "host" else self._in_force or role
-        self._save()
         self._keeper.stop_pressed(viewer, str(by), number, role)
         if key[1] is not None:
             self._taken[key] = number
@@ -209,7 +188,6 @@ class StopBudget:
         if refusal is not None:
             raise ForbiddenError((said or {}).get(refusal, refusal.value))
         self._in_force = None
-        self._save()
         name = str(HOUSE if by == "house" else HOST) if viewer is None else viewer.name
         self._keeper.stop_released(viewer, name, stop, role)
 
@@ -245,7 +223,10 @@ class StopBudget:
 
     def _is_known(self, visitor: Visitor, now_s: float) -> bool:
         """Whether somebody is among the few of their address who have watched longest."""
-        since = {who: (since_s, who) for who, since_s in self._watching(visitor.address).items()}
+        since = {
+            who: (since_s, who)
+            for who, since_s in self._presence.watches_from(visitor.address).items()
+        }
         own = since.get(visitor.identity)
         if own is None or now_s - own[0] < KNOWN_S:
             return False

@@ -61,7 +61,7 @@ class TapeKeeper(Listener):
         event_maker: EventMaker,
     ) -> None:
         self._event_maker = event_maker
-        self._recorder = recorder
+        self.recorder = recorder
         self._has_names = settings.names
         self._clock = clock
         self._viewers = viewers
@@ -85,7 +85,7 @@ class TapeKeeper(Listener):
 
     def status(self) -> messages.Tape:
         """Return the recording's status, as everybody sees it."""
-        problem = self._recorder.problem
+        problem = self.recorder.problem
         if problem is None:
             return self._runs
         return messages.Tape(running=False, why=Sentence("tape.stands", {"why": problem}))
@@ -103,7 +103,7 @@ class TapeKeeper(Listener):
     ) -> None:
         with self._contained:
             seen_s = command.seen_s
-            self._recorder.event(
+            self.recorder.event(
                 tape_events.Commanded(
                     viewer=viewer,
                     seq=command.seq,
@@ -151,7 +151,7 @@ class TapeKeeper(Listener):
                 else:
                     continue
                 turned = tape_events.Turned(number=event.number, operator=self._operator, why=why)
-                self._recorder.event(turned, now_s, lasts_as="turned")
+                self.recorder.event(turned, now_s, lasts_as="turned")
 
     def drive_status(
         self, number: int, moving: bool, reason: Sentence | None, _share: float
@@ -162,7 +162,7 @@ class TapeKeeper(Listener):
             why = why_stopped(before, self._drive_status)
             if why is None or self._control.latched is not None:
                 return
-            self._recorder.event(tape_events.Faulted(operator=number, why=why), self._clock.now_s())
+            self.recorder.event(tape_events.Faulted(operator=number, why=why), self._clock.now_s())
             self._keep("fault")
 
     # --- the viewers -------------------------------------------------------------------------
@@ -174,7 +174,7 @@ class TapeKeeper(Listener):
             for viewer in self._viewers:
                 with viewer.boundary:
                     if viewer.is_ready:
-                        self._recorder.event(self._watched(viewer), now_s)
+                        self.recorder.event(self._watched(viewer), now_s)
                         self._write_name(viewer, now_s)
             self._forget_names()
 
@@ -203,13 +203,13 @@ class TapeKeeper(Listener):
         if self._has_names and self._names.get(viewer.number) != viewer.name:
             self._names[viewer.number] = viewer.name
             named = tape_events.Named(viewer=viewer.number, name=viewer.name)
-            self._recorder.event(named, now_s, lasts_as=("named", viewer.number))
+            self.recorder.event(named, now_s, lasts_as=("named", viewer.number))
 
     def _forget_names(self) -> None:
         """Forget people who have left, so that no further part begins with their names."""
         for number in self._names.keys() - {viewer.number for viewer in self._viewers}:
             del self._names[number]
-            self._recorder.forget(("named", number))
+            self.recorder.forget(("named", number))
 
     # --- what follows from it ------------------------------------------------------------------
 
@@ -225,7 +225,7 @@ class TapeKeeper(Listener):
         stopped = tape_events.Stopped(
             number=stop.number, pressed=pressed, viewer=stop.viewer, by_host=stop.by_host
         )
-        self._recorder.event(stopped, now_s, lasts_as="stopped")
+        self.recorder.event(stopped, now_s, lasts_as="stopped")
 
     def _write_robot(self, state: RobotState, now_s: float) -> None:
         pose = state.pose
@@ -247,13 +247,13 @@ class TapeKeeper(Listener):
         before, told_s = self._newest.get(event.type, (None, float("-inf")))
         if now_s - told_s >= (_REPEAT_S if event == before else gap_s):
             self._newest[event.type] = (event, now_s)
-            self._recorder.event(event, now_s, lasts_as=event.type)
+            self.recorder.event(event, now_s, lasts_as=event.type)
 
     def _keep(self, by: Keeper) -> None:
         now_s = self._clock.now_s()
         if now_s - self._kept_s[by] >= _KEEP_GAP_S:
             self._kept_s[by] = now_s
-            self._recorder.keep(now_s - KEPT_S, by)
+            self.recorder.keep(now_s - KEPT_S, by)
             self._event_maker.publish(TapeKept(by=by))
 
 

@@ -10,16 +10,16 @@ from wax.control.listener import Listener
 from wax.protocol import messages
 from wax.rate_limits import TokenBucket
 from wax.sentence import Sentence
+from wax.session.roles import role_of
 from wax.voice.floor import Floor, VoiceVerdict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from wax.access.permissions import Role
     from wax.clock import Clock
-    from wax.control.turns import TurnEvent
+    from wax.control.loop import ControlLoop
+    from wax.control.turns import TurnEvent, Turns
     from wax.session.host_decisions import HostDecisions
     from wax.session.viewer import Viewer
+    from wax.session.viewers import Viewers
     from wax.telemetry import Counters
     from wax.voice.packet import VoicePacket
 
@@ -64,7 +64,7 @@ class _Speaking:
 class Voices(Listener):
     """Passes a voice to the `speaker`, or tells its sender why not; never raises.
 
-    `role` returns a viewer's current role. Call all methods from the event loop.
+    Call all methods from the event loop.
     """
 
     def __init__(
@@ -74,15 +74,17 @@ class Voices(Listener):
         clock: Clock,
         counters: Counters,
         decisions: HostDecisions,
-        role: Callable[[Viewer], Role],
-        changed: Callable[[], None],
+        viewers: Viewers,
+        turns: Turns,
+        control: ControlLoop,
     ) -> None:
         self._speaker = speaker
         self._clock = clock
         self._counters = counters
         self._decisions = decisions
-        self._role = role
-        self._changed = changed
+        self._viewers = viewers
+        self._turns = turns
+        self._control = control
         self._floor = Floor()
         self._speaking: dict[int, _Speaking] = {}
         self._shown = self.info()
@@ -144,7 +146,7 @@ class Voices(Listener):
         shown = self.info()
         if shown != self._shown:
             self._shown = shown
-            self._changed()
+            self._viewers.changed()
 
     def _judged(self, viewer: Viewer, now_s: float) -> VoiceVerdict:
         holder = self._floor.holder(now_s)
@@ -162,7 +164,7 @@ class Voices(Listener):
         return verdict
 
     def _may_speak(self, viewer: Viewer) -> bool:
-        return permissions.may(self._role(viewer), permissions.SPEAK)
+        return permissions.may(role_of(viewer, self._turns, self._control), permissions.SPEAK)
 
     @property
     def _is_muted(self) -> bool:

@@ -64,9 +64,8 @@ if TYPE_CHECKING:
     from aiohttp.typedefs import Middleware
     from pydantic import BaseModel
 
-    from wax.access.access import Access
-    from wax.clock import Clock
     from wax.rtc.ice_servers import IceServers
+    from wax.session.parts import Parts
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
     from wax.web.branding import BrandedPage
@@ -117,23 +116,22 @@ class Routes:
 
     def __init__(
         self,
-        *,
+        parts: Parts,
         room: Room,
-        clock: Clock,
+        *,
         ice: IceServers,
         status: Callable[[], dict[str, object]],
         proving: ProofRunner,
         branding: BrandedPage,
         guards: Guards,
-        access: Access,
-        offers_hz: float,
         missing: Callable[[], dict[str, str]],
         calendar: OpeningCalendar | None = None,
     ) -> None:
         self._guards = guards
-        self._access = access
+        self._access = parts.access
         self._room = room
-        self._clock = clock
+        self._clock = parts.clock
+        offers_hz = parts.settings.server.max_offers_per_address_hz
         self._offers = TokenBuckets(
             rate_hz=offers_hz, burst=ceil(offers_hz * _OFFERS_BURST_S), most=_MAX_ADDRESSES
         )
@@ -295,7 +293,7 @@ class Routes:
         queue = await _body(request, QueueBody)
         response, identity = self._identified(request)
         visitor = replace(request[_VISITOR], identity=identity)
-        line = self._room.rooms.queue(visitor, queue.client, queue.wants, queue.name)
+        line = self._room.queue.request(visitor, queue.client, queue.wants, queue.name)
         response.text = line.model_dump_json()
         return response
 
