@@ -101,7 +101,8 @@ class Bicycle(BaseModel):
       1  is slow.
     The last is fast."""
     load_kg: int = 10_000
-    """What it carries."""
+    """What it carries, as it also says on the road, to whoever asks it there by the command
+    `bicycle load`."""
     wheel: list[Wheel] = []
     dynamo: list[Dynamo] = []
     lamp: Lamp = Lamp()
@@ -124,7 +125,8 @@ def test_what_stands_at_a_key_is_in_the_manual() -> None:
         "# Allowed: a list of numbers\n"
         "gears = []\n"
         "\n"
-        "# What it carries.\n"
+        "# What it carries, as it also says on the road, to whoever asks it there by the command\n"
+        "# `bicycle load`.\n"
         "# Allowed: a whole number\n"
         "load_kg = 10_000\n"
         "\n"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import re
 import textwrap
 from typing import TYPE_CHECKING, Any, Final, TypeGuard, get_args
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 _WIDTH: Final = 100
 _SHORT: Final = 60
 """A list of tables that is longer than this has a line for each."""
+
+_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 Model = type[BaseModel]
 Path = tuple[int | str, ...]
@@ -140,14 +143,17 @@ def toml(value: object) -> str:
 
 
 def _filled(text: str, first: str, others: str) -> list[str]:
-    return textwrap.wrap(
-        " ".join(text.split()),
+    """Wrap a text, but for no command between backticks."""
+    text = re.sub("`[^`]*`", lambda found: found[0].replace(" ", _NO_BREAK), " ".join(text.split()))
+    lines = textwrap.wrap(
+        text,
         _WIDTH,
         initial_indent=first,
         subsequent_indent=others,
         break_long_words=False,
         break_on_hyphens=False,
     )
+    return [line.replace(_NO_BREAK, " ") for line in lines]
 
 
 def _tables(model: Model) -> dict[str, Model]:
