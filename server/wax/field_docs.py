@@ -20,10 +20,9 @@ def field_docs(model: type) -> dict[str, str]:
 @cache
 def _own(model: type) -> dict[str, str]:
     try:
-        source = textwrap.dedent(inspect.getsource(model))
-    except (OSError, TypeError):  # it is Python's own, or a plug-in came without its source
+        (definition,) = ast.parse(textwrap.dedent(inspect.getsource(model))).body
+    except (OSError, TypeError, SyntaxError):  # Python's own, or a plug-in without plain source
         return {}
-    (definition,) = ast.parse(source).body
     found = {}
     for field, below in pairwise(getattr(definition, "body", [])):
         match field, below:

@@ -25,6 +25,18 @@ def said(words: str, *, plural: str = "names") -> Any:
     return Field(json_schema_extra={"allowed": words, "plural": plural})
 
 
+def printable(least: int, most: int, text: str = "a text", *, plural: str = "names") -> Any:
+    """Return the annotation of a text of so many printable characters, with the words for it."""
+    count = f"{least} to {most}" if least else f"at most {most}"
+    return Field(
+        pattern=rf"^[^\x00-\x1f\x7f]{{{least},{most}}}$",
+        json_schema_extra={
+            "allowed": f"{text} of {count} printable characters",
+            "plural": plural,
+        },
+    )
+
+
 def find(root: Schema, path: Sequence[int | str]) -> tuple[str, Schema | None]:
     """Follow the path of a problem through the schema; return the key and its schema.
 

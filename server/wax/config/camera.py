@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 from pydantic import Field, field_validator
 
-from wax.config.allowed import said
+from wax.config.allowed import printable
 from wax.config.table import Name
 from wax.config.video import MAX_CAPTURE_FPS, RenditionSettings, VideoSettings
 
@@ -22,11 +22,7 @@ class CameraSettings(VideoSettings):
     thesis's policy has no use for them.
     """
 
-    name: Annotated[
-        str,
-        Field(pattern=r"^[^\x00-\x1f\x7f]{1,24}$"),
-        said("a text of 1 to 24 printable characters"),
-    ]
+    name: Annotated[str, printable(1, 24)]
     """What people call it."""
     axes: Annotated[list[Name], Field(max_length=4)] = []
     """The robot's axes that turn this camera, and not the driving view's."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from wax.config.allowed import said
+from wax.config.allowed import printable, said
 from wax.config.table import ConfigTable, Name, check_apart
 
 if TYPE_CHECKING:
@@ -30,16 +30,8 @@ _TAKEN_BY_BROWSERS: Final = re.compile(
     r"Tab|Escape|CapsLock|Fn.*|F\d+|Unidentified|(Control|Alt|Meta|OS|Shift)(Left|Right)"
 )
 
-Label = Annotated[
-    str,
-    Field(pattern=r"^[^\x00-\x1f\x7f]{0,24}$"),
-    said("a text of at most 24 printable characters"),
-]
-Choice = Annotated[
-    str,
-    Field(pattern=r"^[^\x00-\x1f\x7f]{1,24}$"),
-    said("a text of 1 to 24 printable characters"),
-]
+Label = Annotated[str, printable(0, 24)]
+Choice = Annotated[str, printable(1, 24)]
 Key = Annotated[
     str,
     Field(pattern=r"^[A-Za-z0-9]{0,24}$"),
@@ -159,11 +151,7 @@ class GaugeSettings(ConfigTable):
     """What the driver calls it."""
     label: Label = ""
     """What people call it, "" for its name."""
-    unit: Annotated[
-        str,
-        Field(pattern=r"^[^\x00-\x1f\x7f]{0,8}$"),
-        said("a text of at most 8 printable characters"),
-    ] = ""
+    unit: Annotated[str, printable(0, 8)] = ""
     """What it is counted in."""
     min: Bound = 0.0
     """Where its scale begins."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from wax.config.addresses import Site
-from wax.config.allowed import said
+from wax.config.allowed import printable, said
 from wax.config.table import ConfigTable
 
 MAX_LINES = 6
@@ -19,11 +19,7 @@ MAX_SITES = 16
 class LinkSettings(ConfigTable):
     """One of `[page] links`."""
 
-    text: Annotated[
-        str,
-        Field(pattern=r"^[^\x00-\x1f\x7f]{1,40}$"),
-        said("a text of 1 to 40 printable characters"),
-    ]
+    text: Annotated[str, printable(1, 40)]
     """What the link says."""
     url: Annotated[
         str,
@@ -41,30 +37,16 @@ class PageSettings(ConfigTable):
     shown beside a link to the page, where people send it to others.
     """
 
-    name: Annotated[
-        str,
-        Field(pattern=r"^[^\x00-\x1f\x7f]{1,40}$"),
-        said("a text of 1 to 40 printable characters"),
-    ] = "WAX"
+    name: Annotated[str, printable(1, 40)] = "WAX"
     """The robot's name, as the page's title."""
-    sentence: Annotated[
-        str,
-        Field(pattern=r"^[^\x00-\x1f\x7f]{0,160}$"),
-        said("a text of at most 160 printable characters"),
-    ] = ""
+    sentence: Annotated[str, printable(0, 160)] = ""
     """What it is and what one may do, in one sentence. "" is one of the page's own, in the reader's
     language.
 
     Example: sentence = "A rover in our school's museum: look around, and say hello."
     """
     rules: Annotated[
-        list[
-            Annotated[
-                str,
-                Field(pattern=r"^[^\x00-\x1f\x7f]{1,120}$"),
-                said("a sentence of 1 to 120 printable characters", plural="sentences"),
-            ]
-        ],
+        list[Annotated[str, printable(1, 120, "a sentence", plural="sentences")]],
         Field(max_length=MAX_LINES),
     ] = []
     """House rules, a short sentence each, shown before somebody first drives and in the page's
