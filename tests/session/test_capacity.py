@@ -31,13 +31,11 @@ class Room:
         asking = Asking(address, is_host, is_embed=is_embed)
         self._next += 1
         number = self._next
-
-        def yield_place() -> None:
-            self.yielded.append(number)
-            del self.present[number]
-
-        present = self.present.values()
-        if self.capacity.admit(number, asking, present, now_s, yield_place):
+        displaced = self.capacity.admit(number, asking, self.present.values(), now_s)
+        if displaced.silent is not None:
+            self.yielded.append(displaced.silent)
+            del self.present[displaced.silent]
+        if displaced.an_embed:
             del self.present[next(key for key, one in self.present.items() if one.is_embed)]
         self.present[number] = asking
         return number
@@ -93,7 +91,7 @@ def test_a_returning_operator_comes_first() -> None:
     capacity = Room(most=10).capacity
 
     def returns(asking: Asking) -> None:
-        capacity.admit(1, asking, [], 0.0, lambda: None)
+        capacity.admit(1, asking, [], 0.0)
 
     for _ in range(10):
         returns(Asking("x", has_been_here=True))
@@ -115,11 +113,11 @@ def test_a_repeated_offer_takes_another_place() -> None:
     """A page that offers again and again without connecting does not get around the limit."""
     room = Room()
     for _ in range(2):
-        room.capacity.admit(1, Asking("x"), [], 0.0, lambda: None)
+        room.capacity.admit(1, Asking("x"), [], 0.0)
     with pytest.raises(TooOftenError):
-        room.capacity.admit(1, Asking("x"), [], 0.0, lambda: None)
+        room.capacity.admit(1, Asking("x"), [], 0.0)
     room.capacity.connected(1)
-    room.capacity.admit(2, Asking("x"), [], 0.0, lambda: None)
+    room.capacity.admit(2, Asking("x"), [], 0.0)
 
 
 def _fill(room: Room, number: int, now_s: float = 0.0) -> None:
@@ -194,10 +192,10 @@ def test_everybody_may_come_back_at_once() -> None:
     capacity = Room(most=20).capacity
     back = Asking("x", has_been_here=True)
     for number in range(20):
-        capacity.admit(number, back, [], 0.0, lambda: None)
+        capacity.admit(number, back, [], 0.0)
     with pytest.raises(FullError, match="coming back"):
-        capacity.admit(1, back, [], 0.0, lambda: None)
-    capacity.admit(1, back, [], 0.1, lambda: None)
+        capacity.admit(1, back, [], 0.0)
+    capacity.admit(1, back, [], 0.1)
 
 
 def test_an_unknown_address_has_only_the_general_limits() -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from wax.bounded_dict import BoundedDict
 from wax.errors import FullError, NoPlaceError, TooOftenError
@@ -22,7 +22,7 @@ from wax.rate_limits import TokenBucket
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
 SILENT_S: Final = 10.0
 """How long an answered offer counts as connecting."""
@@ -62,6 +62,13 @@ class Asking:
     is_embed: bool = False
 
 
+class Displaced(NamedTuple):
+    """Who has to leave for a newcomer: the viewer with this number, who is silent; an embed."""
+
+    silent: int | None = None
+    an_embed: bool = False
+
+
 class Capacity:
     """Decides for one room of `most` guests; all times in seconds of one clock."""
 
@@ -98,33 +105,27 @@ class Capacity:
             raise TooOftenError(Sentence("door.address_crowded"), retry_after_s=ceil(rest_s))
 
     def admit(
-        self,
-        number: int,
-        asking: Asking,
-        present: Iterable[Asking],
-        now_s: float,
-        yield_place: Callable[[], None],
-    ) -> bool:
-        """Admit the viewer with this number; raises `FullError` or `TooOftenError`.
+        self, number: int, asking: Asking, present: Iterable[Asking], now_s: float
+    ) -> Displaced:
+        """Admit the viewer with this number, and return who has to leave.
 
-        `present` are those who hold a place in the room; `yield_place` ends the viewer's peer if a
-        newcomer takes their silent place. Return whether an embed has to leave.
+        `present` are those who hold a place in the room. Raises `FullError` or `TooOftenError`.
         """
         if asking.has_been_here:
             if not (asking.is_host or asking.drives) and not self._returns.take(now_s):
                 raise FullError(Sentence("door.all_come_back"))
-            return False
+            return Displaced()
         everybody = list(present)
         self.check(asking, now_s, sum(one.is_embed for one in everybody))
         is_full = self._room_for(asking, everybody)
         if asking.is_host:
-            return is_full
+            return Displaced(an_embed=is_full)
         if asking.is_embed and not self._embed_answers.take(now_s):
             raise FullError(Sentence("door.crowded"))
-        self._make_silent_place(asking.address, now_s)
+        silent = self._make_silent_place(asking.address, now_s)
         # A second offer of the same viewer holds a second place.
-        self._silent.append(_Silent(number, asking.address, now_s, yield_place))
-        return is_full
+        self._silent.append(_Silent(number, asking.address, now_s))
+        return Displaced(silent, is_full)
 
     def connected(self, number: int) -> None:
         """Free the silent places of a viewer who has connected."""
@@ -151,7 +152,8 @@ class Capacity:
             )
         return is_full
 
-    def _make_silent_place(self, address: str, now_s: float) -> None:
+    def _make_silent_place(self, address: str, now_s: float) -> int | None:
+        """Return the viewer whose silent place a newcomer takes over, None if one is free."""
         self._expire(now_s)
         own = self._longest_of(address)
         if own is not None:
@@ -165,10 +167,11 @@ class Capacity:
         answers = self._behind_answers if is_behind else self._answers
         if is_kept or not answers.take(now_s):
             raise FullError(Sentence("door.crowded"))
-        if longest is not None:
-            self._silent.remove(longest)
-            self._behind_since_s[longest.address] = now_s
-            longest.yield_place()
+        if longest is None:
+            return None
+        self._silent.remove(longest)
+        self._behind_since_s[longest.address] = now_s
+        return longest.number
 
     def _to_evict(self, now_s: float, *, is_behind: bool) -> _Silent | None:
         """Return the silent place that a newcomer must take over, None if one is free."""
@@ -198,4 +201,3 @@ class _Silent:
     number: int
     address: str
     since_s: float
-    yield_place: Callable[[], None]

@@ -148,14 +148,11 @@ class Entry:
         if lacks is not None and (asking.is_embed or not embeds):
             raise NoPlaceError(lacks, retry_after_s=3 if lacks == _MACHINE_FULL else 5)
         number = self._viewers.take_number() if viewer is None else viewer.number
-        is_full = self._capacity.admit(
-            number,
-            asking,
-            [self._asking(one.visitor, None) for one in here],
-            now_s,
-            lambda: self._abandon(number),
-        )
-        if lacks is not None or is_full:
+        present = [self._asking(one.visitor, None) for one in here]
+        displaced = self._capacity.admit(number, asking, present, now_s)
+        if displaced.silent is not None:
+            self._abandon(displaced.silent)
+        if lacks is not None or displaced.an_embed:
             self._presence.send_away(embeds[0], EMBEDS_FULL)
         return number
 
