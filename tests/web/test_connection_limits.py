@@ -122,17 +122,17 @@ def test_the_address_that_holds_most_bytes_makes_room() -> None:
     bed = Bed()
     guest, answered = bed.comes("guest", "g"), bed.comes("answered", "w")
     few, many = bed.comes("few", "x"), bed.comes("many", "x")
-    bed.limits.set_held_bytes(answered, 4 * 12_288)
+    bed.limits.set_held_bytes(answered, 4 * 8192)
     bed.limits.set_held_bytes(answered, 0)
-    bed.limits.set_held_bytes(few, 10_000)
-    bed.limits.set_held_bytes(many, 30_000)
+    bed.limits.set_held_bytes(few, 7_000)
+    bed.limits.set_held_bytes(many, 20_000)
     bed.limits.count_for(many, "y", 0.0, limited=True)
     bed.limits.count_for(many, "x", 0.0, limited=True)
     assert bed.closed == []
-    bed.limits.set_held_bytes(guest, 12_288)
+    bed.limits.set_held_bytes(guest, 8192)
     assert bed.closed == ["many"]
-    bed.limits.set_held_bytes(many, 30_000)
-    bed.limits.set_held_bytes(few, 4 * 12_288 - 12_288)
+    bed.limits.set_held_bytes(many, 20_000)
+    bed.limits.set_held_bytes(few, 4 * 8192 - 8192)
     assert bed.closed == ["many"]
 
 

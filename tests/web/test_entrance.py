@@ -26,6 +26,8 @@ from tests.until import async_until
 
 from wax.clock import SystemClock
 from wax.config.server import ServerSettings
+from wax.edge import turnstile
+from wax.edge.turnstile import Turnstile
 from wax.errors import StartError
 from wax.web import built_page, connection, connection_limits, listening, tls, tls_gate, watch
 from wax.web.certificate import self_signed
@@ -192,6 +194,11 @@ def _unread(port: int, more: bytes = b"") -> socket.socket:
 def _states(entrance: Entrance) -> list[str]:
     """Return the state of each connection."""
     return [one.state for own in entrance.limits.connections._by_address.values() for one in own]
+
+
+def _is_of_aiohttp(task: asyncio.Task[Any]) -> bool:
+    """Whether it serves a connection or a request."""
+    return getattr(task.get_coro(), "__qualname__", "").startswith("RequestHandler.")
 
 
 async def _until_open(entrance: Entrance, number: int) -> None:
@@ -391,13 +398,17 @@ async def test_a_connection_displaced_as_it_begins_is_closed(
 @pytest.mark.parametrize("https", [False, True])
 @pytest.mark.parametrize(
     "begun",
-    [b"", GET, *(b"GET " + path + GET[5:] for path in (b"/pieces", b"/large", b"/paced")), POST],
+    [
+        *(b"", GET, POST, POST.replace(b"/ ", b"/unknown ", 1)),
+        *(b"GET " + path + GET[5:] for path in (b"/pieces", b"/large", b"/paced")),
+    ],
 )
 async def test_a_lost_connection_leaves_nothing(
     https: bool, begun: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever a connection was doing, its memory is freed without the garbage collector."""
+    """Whatever a connection was doing, its memory is freed at once, and not by the collector."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    monkeypatch.setattr(connection, "_LINGER_S", READ_S)
     async with open_entrance(https=https) as entrance:
         context = _trusting(tmp_path / "certificate.pem") if https else None
         gc.collect()
@@ -416,6 +427,22 @@ async def test_a_lost_connection_leaves_nothing(
             assert not kept
         finally:
             gc.enable()
+
+
+async def test_a_lost_connection_waits_for_no_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a flood its turn would come late, and its request holds memory until then."""
+    async with open_entrance() as entrance:
+        _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        writer.write(POST.replace(b"/ ", b"/slow ", 1) + b"y" * 20)
+        pace = entrance._runner.app[PACE]
+        await pace.thinks.wait()
+        monkeypatch.setattr(Turnstile, "is_open", False)
+        monkeypatch.setattr(turnstile, "_WOKEN", 0)
+        pace.goes_on.set()
+        await asyncio.sleep(0.05)
+        assert (await _only_one(entrance))._task_handler is not None, "it waits for its turn"
+        writer.transport.abort()
+        await async_until(lambda: not any(map(_is_of_aiohttp, asyncio.all_tasks())))
 
 
 async def test_a_file_is_paced_for_a_while(
@@ -477,7 +504,7 @@ async def test_after_a_body_of_unknown_end_the_connection_closes() -> None:
 
 async def test_incomplete_bodies_make_room() -> None:
     """Whatever their form, their total is limited; answered ones no longer count."""
-    async with open_entrance(max_connections=16, max_connections_per_address=16) as entrance:
+    async with open_entrance(max_connections=20, max_connections_per_address=16) as entrance:
         port, connections = entrance.port, entrance.limits.connections
         large = POST.replace(b": 20", b": 50000") + b"y" * 50_000
         whole = asyncio.create_task(_until_closed(port, large * 5 + GET * 4 + POST + b"y" * 20))

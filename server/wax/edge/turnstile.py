@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -54,16 +53,22 @@ class Turnstile:
 
     async def enter_peer(self, payer: Payer) -> None:
         """Wait until there is time for a datagram of a peer."""
-        await self._enter(self._peers, payer)
+        turn = self._turn(self._peers, payer)
+        if turn is not None:
+            await turn
 
-    async def enter_request(self, payer: Payer) -> None:
-        """Wait until there is time for the next step of answering a request."""
-        await self._enter(self._requests, payer)
+    def request_turn(self, payer: Payer) -> asyncio.Future[None] | None:
+        """Return what is done once there is time for the next step of answering a request.
 
-    async def _enter(self, queue: _Queue, payer: Payer) -> None:
-        if not self.is_open or payer in queue.waiting:
-            self._plan_next_pass()
-            await queue.wait_for_turn(payer)
+        None if there is now. Whoever need not wait any longer sets its result.
+        """
+        return self._turn(self._requests, payer)
+
+    def _turn(self, queue: _Queue, payer: Payer) -> asyncio.Future[None] | None:
+        if self.is_open and payer not in queue.waiting:
+            return None
+        self._plan_next_pass()
+        return queue.enter(payer)
 
     def _plan_next_pass(self) -> None:
         if not self._is_next_due:
@@ -85,19 +90,24 @@ class _Queue:
     def __init__(self) -> None:
         self.waiting: dict[Payer, deque[asyncio.Future[None]]] = {}
 
-    async def wait_for_turn(self, payer: Payer) -> None:
+    def enter(self, payer: Payer) -> asyncio.Future[None]:
         turn = asyncio.get_running_loop().create_future()
         self.waiting.setdefault(payer, deque()).append(turn)
-        await turn
+        return turn
 
     def wake(self) -> None:
-        for payer in list(islice(self.waiting, _WOKEN)):
+        left = _WOKEN
+        for payer in list(self.waiting):
+            if not left:
+                return
             turns = self.waiting.pop(payer)
-            turn = turns.popleft()
+            while turns and turns[0].done():  # it was cancelled, or waits no longer
+                turns.popleft()
+            if turns:
+                turns.popleft().set_result(None)
+                left -= 1
             if turns:
                 self.waiting[payer] = turns
-            if not turn.done():  # cancelled
-                turn.set_result(None)
 
 
 class Meter:

@@ -26,6 +26,8 @@ from wax.web.watch import IDLE_S, ConnectionWatch
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
+    from aiohttp import StreamReader
+
     from wax.edge.budget import Payer
     from wax.web.connection_limits import TrackedConnection
     from wax.web.http_limits import HttpLimits
@@ -52,6 +54,7 @@ class Connection(web.RequestHandler):
     __slots__ = (
         "_aiohttp_reads",
         "_body_left",
+        "_content",
         "_drained",
         "_fed_bytes",
         "_is_answering",
@@ -63,6 +66,7 @@ class Connection(web.RequestHandler):
         "_peer",
         "_requests",
         "_tracked",
+        "_turn",
         "_waiting",
         "_watch",
         "tcp_transport",
@@ -101,6 +105,9 @@ class Connection(web.RequestHandler):
         self._waiting: WaitingRequest | None = None
         self._payer: Payer = limits.budgets.of_guest(tracked.address)
         self._drained: asyncio.Future[None] | None = None
+        self._turn: asyncio.Future[None] | None = None
+        self._content: StreamReader | None = None
+        """The body that was answered last; aiohttp reads and drops what of it still comes."""
         self.tcp_transport: asyncio.BaseTransport | None = None
         """asyncio's transport of the TCP socket; with TLS, `transport` is on top of it."""
 
@@ -275,8 +282,11 @@ class Connection(web.RequestHandler):
         return await timed(inner, self._charge, self._enter)
 
     async def _enter(self) -> None:
-        if not self._is_urgent:
-            await self._limits.turnstile.enter_request(self._payer)
+        # Once the connection is lost, waiting would only keep what the request holds.
+        if not self._is_urgent and self._watch is not None:
+            self._turn = self._limits.turnstile.request_turn(self._payer)
+            if self._turn is not None:
+                await self._turn
 
     async def drained(self) -> None:
         """Wait until the kernel has all output; raises `ConnectionError` if the client is gone."""
@@ -313,6 +323,8 @@ class Connection(web.RequestHandler):
         """Send the answer; then wait for the next request."""
         if self._body_left is None:
             resp.force_close()  # where the next request begins is unknown
+        if self._watch is not None:
+            self._content = request.content
         try:
             return await self.timed(super().finish_response(request, resp, start_time))
         finally:
@@ -371,8 +383,13 @@ class Connection(web.RequestHandler):
         if self._watch is not None:
             self._watch.end()
             self._watch = None
-        if self._drained is not None and not self._drained.done():
-            self._drained.set_result(None)
+        for waits_for in (self._turn, self._drained):
+            if waits_for is not None and not waits_for.done():
+                waits_for.set_result(None)
+        self._requests = Requests()
+        if self._content is not None:
+            self._content.feed_eof()
+            self._content = None
         task, request = self._task_handler, self._current_request
         super().connection_lost(exc)
         if task is not None and request is not None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _ANSWERS_S: Final = 1.0
 """An answer is cut off sooner only for an address that has fewer connections."""
-_HELD_BYTES: Final = 12_288
+_HELD_BYTES: Final = 8192
 """The mean for as many connections as may be open: an offer has 8 KB, 2 compressed. An address that
 holds no more than this, on one connection, keeps it whatever others hold."""
 

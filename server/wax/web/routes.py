@@ -493,6 +493,7 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
     except web.HTTPException as error:
         if error.status < 400:
             raise
+        error.with_traceback(None)  # the request holds the error of an unknown path
         return _refuse(request, error.status, says(error.reason))
     except Exception:
         _LOG.exception("request failed", path=request.path)
