@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import time
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.encode.hardware import Hardware, is_built_in
 from wax.encode.trial import Trial
+from wax.machine import python_module
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,7 +69,7 @@ def _run(
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
+            env=python_module.environment(),
             start_new_session=True,
         )
     except OSError as error:

@@ -7,6 +7,7 @@ import os
 import select
 import signal
 import subprocess
+import sys
 import time
 from typing import TYPE_CHECKING, Any, Final
 
@@ -63,7 +64,7 @@ def play(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., StandbyProce
     made: list[StandbyProcess] = []
 
     def play(program: str, clock: Clock | None = None) -> StandbyProcess:
-        monkeypatch.setattr(standby_process, "_COMMAND", ("-c", program))
+        monkeypatch.setattr(standby_process, "_COMMAND", [sys.executable, "-c", program])
         own = ros2_settings(0, reopen_s=3.0).own(Ros2Settings)
         made.append(StandbyProcess(own, clock or SystemClock()))
         return made[-1]

@@ -10,12 +10,12 @@ the pins and switches them off.
 from __future__ import annotations
 
 import contextlib
-import os
 import subprocess
 import sys
 import time
 from typing import TYPE_CHECKING, Final
 
+from wax.machine import python_module
 from wax.machine.priority import as_others, raise_priority
 
 if TYPE_CHECKING:
@@ -33,10 +33,10 @@ class Guard:
     def __init__(self, pins: Sequence[int]) -> None:
         with as_others():
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "wax.robot.gpio.guard", *map(str, pins)],
+                [*python_module.command("wax.robot.gpio.guard"), *map(str, pins)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,  # the driver's own output is the pipe to the server
-                env=os.environ | {"PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
+                env=python_module.environment(),
                 # A signal to the driver's process group must not end its guard.
                 start_new_session=True,
             )

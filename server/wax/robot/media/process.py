@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
-import threading
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -14,16 +13,18 @@ from typing import TYPE_CHECKING, Any, Final
 import structlog
 
 from wax.config.log import LogSettings
-from wax.errors import reason_of
 from wax.robot.media.link import MediaProcessLink
 from wax.robot.media.messages import MediaBegin, Outlet
 from wax.robot.media.picture_memory import make_memory
 from wax.robot.media.senses import RemoteCamera, RemoteMicrophone, RemoteSpeaker
 from wax.robot.process.child_process import ChildProcess
+from wax.robot.process.kept_process import KeptProcess, RestartPauses
 from wax.robot.process.resource_limits import ResourceUse
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    import threading
+
     from wax.clock import Clock
     from wax.config.robot import RobotSettings
     from wax.config.video import VideoSettings
@@ -40,10 +41,7 @@ HUNG_S: Final = 3.0
 STUCK_S: Final = 6.0
 """A sense that is silent for this long causes a restart, unless other senses still work."""
 _LOOK_S: Final = 0.5
-FIRST_PAUSE_S: Final = 0.5
-LAST_PAUSE_S: Final = 10.0
-STEADY_S: Final = 10.0
-"""A process that has run this long has started successfully."""
+PAUSES: Final = RestartPauses(first_s=0.5, last_s=10.0, steady_s=10.0)
 END_S: Final = 1.0
 """How long a process may take to end."""
 
@@ -57,7 +55,7 @@ class _Wanted:
     video: dict[str, Any] | None = None
 
 
-class MediaProcess:
+class MediaProcess(KeptProcess):
     """Camera, microphone and speaker of one robot, in a process that is restarted when it ends.
 
     Make all senses before opening the first: that starts the process, and `close` ends it. A
@@ -65,13 +63,10 @@ class MediaProcess:
     """
 
     def __init__(self, settings: RobotSettings, log: LogSettings | None = None) -> None:
+        super().__init__("media process", time.monotonic, PAUSES)
         self._settings = settings
         self._log = log or LogSettings()
         self._wanted: list[_Wanted] = []
-        self._lock = threading.Lock()
-        self._thread: threading.Thread | None = None
-        self._closing = threading.Event()
-        self._child: ChildProcess | None = None
         self._resource_use = ResourceUse()
         self.restarts = 0
 
@@ -105,16 +100,9 @@ class MediaProcess:
         If it does not end in time it is killed: a process whose plug-in holds the interpreter would
         never read the end of the pipe, and would keep the camera.
         """
-        with self._lock:
-            self._closing.set()
-            thread = self._thread
-            if self._child is not None:
-                self._child.hang_up()
-        if thread is not None:
-            thread.join(within_s)
-        with self._lock:
-            if within_s > 0.0 and self._child is not None:
-                self._child.kill()
+        self._end(within_s)
+        if within_s > 0.0:
+            self._kill()
 
     def _link(
         self, sense: Sense, silent: Sentence, video: VideoSettings | None = None
@@ -124,51 +112,20 @@ class MediaProcess:
         self._wanted.append(wanted)
         return wanted.link
 
-    def _start(self) -> None:
-        """Start the supervision of a process; no effect if already started."""
-        with self._lock:
-            if self._thread is not None and not self._closing.is_set():
-                return
-            self._closing = threading.Event()
-            self._thread = threading.Thread(
-                target=self._keep, args=(self._closing,), name="media process", daemon=True
-            )
-            self._thread.start()
-
     # --- the process's life, in a thread ----------------------------------------------------
 
-    def _keep(self, closing: threading.Event) -> None:
-        pause_s = FIRST_PAUSE_S
-        while not closing.is_set():
-            began_s = time.monotonic()
-            problem = self._attend(closing)
-            for wanted in self._wanted:
-                wanted.link.detach(problem)
-            if closing.is_set():
-                return
-            self.restarts += 1
-            _LOG.warning("restarting the media process", problem=str(problem))
-            if time.monotonic() - began_s >= STEADY_S:
-                pause_s = FIRST_PAUSE_S
-            closing.wait(pause_s)
-            pause_s = min(LAST_PAUSE_S, pause_s * 2.0)
+    def _lost(self, problem: Sentence, *, is_over: bool) -> None:
+        for wanted in self._wanted:
+            wanted.link.detach(problem)
+        self.restarts += not is_over
 
-    def _attend(self, closing: threading.Event) -> Sentence:
-        """Start a process and wait for its end; return why it ended."""
-        try:
-            child = self._spawn()
-        except OSError as error:
-            return Sentence("media.not_started", {"why": reason_of(error)})
-        with self._lock:
-            self._child = child
-            if closing.is_set():
-                child.hang_up()
-        problem = self._watch(child, closing)
-        with self._lock:
-            self._child = None
-        status = child.end()
-        if problem is not None:
-            return problem
+    def _dismiss(self, child: ChildProcess) -> None:
+        child.hang_up()
+
+    def _not_started(self, why: str) -> Sentence:
+        return Sentence("media.not_started", {"why": why})
+
+    def _ended(self, status: int) -> Sentence:
         if status < 0:
             return Sentence("media.killed", {"signal": -status})
         return Sentence("media.ended", {"status": status})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import signal
-import threading
 from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -15,10 +14,11 @@ from wax.config.local import LocalSettings
 from wax.config.log import LogSettings
 from wax.driver.checks import unit
 from wax.driver.interface import RobotState
-from wax.errors import ProtocolError, reason_of
+from wax.errors import ProtocolError
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver_watchdog import COUNTS
 from wax.robot.process.hand_watchdog import HAND_COUNTS
+from wax.robot.process.kept_process import KeptProcess, RestartPauses
 from wax.robot.process.pipe_messages import (
     Axis,
     Begin,
@@ -37,6 +37,7 @@ from wax.robot.process.resource_limits import ResourceUse
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    import threading
     from collections.abc import Sequence
 
     from wax.clock import Clock
@@ -52,10 +53,7 @@ START_S: Final = 20.0
 HUNG_S: Final = 1.0
 LOOK_S: Final = 0.5
 """How often the process's use of memory and threads is checked."""
-FIRST_PAUSE_S: Final = 0.3
-LAST_PAUSE_S: Final = 3.0
-STEADY_S: Final = 5.0
-"""A process that has run this long has started successfully."""
+PAUSES: Final = RestartPauses(first_s=0.3, last_s=3.0, steady_s=5.0)
 LATE_S: Final = 0.02
 """The process stops the robot this much after the server should have, so that a server whose loop
 is no later than this stops it first."""
@@ -66,7 +64,7 @@ _CHANGED: Final = Sentence("robot.driver_changed")
 _OURS: Final = ("driver_restarts", "driver_full", "driver_garbled")
 
 
-class ProcessDriver:
+class ProcessDriver(KeptProcess):
     """A `Driver` in its own process, which is restarted whenever it ends.
 
     The process stops the robot when the server is silent for `silence_ms`, frozen, or gone. `kind`
@@ -89,6 +87,7 @@ class ProcessDriver:
         claim: str = "",
         controls: Sequence[ControlSettings] = (),
     ) -> None:
+        super().__init__("driver process", clock.now_s, PAUSES)
         self._kind = kind
         self._limits = replace(limits, silence_s=settings.silence_ms / 1000)
         self._clock = clock
@@ -103,14 +102,9 @@ class ProcessDriver:
                 controls=list(controls),
             )
         )
-        self._lock = threading.Lock()
-        self._thread: threading.Thread | None = None
-        self._closing = threading.Event()
-        self._is_abandoned = False
         self._is_operated = False
         self._end_s: float | None = None
-        self._child: ChildProcess | None = None
-        self._listens = False
+        self._listening: ChildProcess | None = None  # once it has reported
         self._sequence = 0
         self._state = RobotState(connected=False)
         self._epoch = 0
@@ -130,13 +124,7 @@ class ProcessDriver:
 
     def open(self) -> None:
         """Start the process in the background; no effect if already open."""
-        if self._thread is not None:
-            return
-        self._closing = threading.Event()
-        self._thread = threading.Thread(
-            target=self._keep, args=(self._closing,), name="driver process", daemon=True
-        )
-        self._thread.start()
+        self._start()
 
     def tell_passenger(self, *, is_operated: bool) -> None:
         with self._lock:
@@ -193,19 +181,13 @@ class ProcessDriver:
             self._say(Halt(sequence=self._sequence, sent_s=self._clock.now_s(), turn=turn))
 
     def close(self) -> None:
-        thread, self._thread = self._thread, None
+        thread = self._thread
         if thread is None:
             return
-        self._closing.set()
-        with self._lock:
-            if self._child is not None:
-                self._dismiss(self._child)
-        thread.join(CLOSE_S)
-        if thread.is_alive():
-            with self._lock:
-                if self._child is not None:
-                    self._child.kill()
+        if not self._end(CLOSE_S):
+            self._kill()
             thread.join(KILL_S)
+        self._thread = None
 
     def abandon(self) -> None:
         """Leave the process as a dying server would: with a person aboard it keeps running."""
@@ -230,7 +212,7 @@ class ProcessDriver:
     def _say(self, message: Message) -> None:
         """Send a message, with the lock held; skip it while the process is still starting."""
         self._sequence += 1
-        if self._child is None or not self._listens:
+        if self._child is None or self._child is not self._listening:
             return
         if not self._child.send(encode(message)):
             # The process does not read, so a stop would not reach it: the robot's watchdog acts.
@@ -245,41 +227,13 @@ class ProcessDriver:
 
     # --- the process's life, in a thread ----------------------------------------------------
 
-    def _keep(self, closing: threading.Event) -> None:
-        pause_s = FIRST_PAUSE_S
-        while not closing.is_set():
-            began_s = self._clock.now_s()
-            problem = self._attend(closing)
-            if closing.is_set():
-                self._lost(None)
-                return
-            _LOG.warning("restarting the driver process", problem=str(problem))
-            self._lost(problem)
-            if self._clock.now_s() - began_s >= STEADY_S:
-                pause_s = FIRST_PAUSE_S
-            closing.wait(pause_s)
-            pause_s = min(LAST_PAUSE_S, pause_s * 2.0)
+    def _spawn(self) -> ChildProcess:
+        return ChildProcess(self._begin)
 
-    def _attend(self, closing: threading.Event) -> Sentence:
-        """Start a process and read from it until its end; return why it ended."""
-        try:
-            child = ChildProcess(self._begin)
-        except OSError as error:
-            return Sentence("robot.driver_not_started", {"why": reason_of(error)})
-        with self._lock:
-            self._child = child
-            if closing.is_set():
-                self._dismiss(child)
-        problem = self._listen(child)
-        with self._lock:
-            if self._child is child:
-                self._child, self._listens = None, False
-        if self._is_abandoned:
-            return Sentence("robot.driver_left")
-        status = child.end()
-        return problem or _ended(status)
+    def _not_started(self, why: str) -> Sentence:
+        return Sentence("robot.driver_not_started", {"why": why})
 
-    def _listen(self, child: ChildProcess) -> Sentence | None:
+    def _watch(self, child: ChildProcess, closing: threading.Event) -> Sentence | None:  # noqa: ARG002
         """Receive states; return a sentence if the process must be ended, None if it has ended."""
         lines = LineBuffer()
         deadline_s = self._clock.now_s() + START_S
@@ -331,20 +285,20 @@ class ProcessDriver:
                 self._epoch += 1
             self._state = replace(told.state, epoch=self._epoch)
             self._counts = told.counts
-            self._listens = True
+            self._listening = self._child
 
-    def _lost(self, problem: Sentence | None) -> None:
+    def _lost(self, problem: Sentence, *, is_over: bool) -> None:
         with self._lock:
-            self._state = RobotState(connected=False, problem=problem, epoch=self._epoch)
+            shown = None if is_over else problem
+            self._state = RobotState(connected=False, problem=shown, epoch=self._epoch)
             self._childs_epoch = None
             self._past.update(self._counts)
             self._counts = {}
-            self._past["driver_restarts"] += problem is not None
+            self._past["driver_restarts"] += not is_over
 
-
-def _ended(status: int) -> Sentence:
-    if status == -signal.SIGALRM:  # by which the process ends itself when its driver hangs
-        return Sentence("robot.driver_hangs")
-    if status < 0:
-        return Sentence("robot.driver_killed", {"signal": -status})
-    return Sentence("robot.driver_ended", {"status": status})
+    def _ended(self, status: int) -> Sentence:
+        if status == -signal.SIGALRM:  # by which the process ends itself when its driver hangs
+            return Sentence("robot.driver_hangs")
+        if status < 0:
+            return Sentence("robot.driver_killed", {"signal": -status})
+        return Sentence("robot.driver_ended", {"status": status})

@@ -7,11 +7,11 @@ import math
 import os
 import re
 import subprocess
-import sys
 from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.machine import python_module
 from wax.machine.priority import as_others
 from wax.robot.ros2.standby_rules import OWES, RESTS, SILENCE_S, patience_s
 from wax.sentence import Sentence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-_COMMAND: Final = ("-P", "-m", "wax.robot.ros2.standby")
+_COMMAND: Final = python_module.command("wax.robot.ros2.standby")
 _READ_BYTES: Final = 4096
 _READS: Final = 32
 """More reads than a full pipe needs, so that no old message is left to be taken for a new one."""
@@ -91,11 +91,11 @@ class StandbyProcess:
         try:
             with as_others():
                 process = subprocess.Popen(
-                    [sys.executable, *_COMMAND],
+                    _COMMAND,
                     bufsize=0,
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
-                    env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
+                    env=python_module.environment(),
                     start_new_session=True,  # a signal to our process group must not end it
                 )
         except OSError:
