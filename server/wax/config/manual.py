@@ -7,7 +7,6 @@ there begins a new line, and indented lines are kept as they are.
 from __future__ import annotations
 
 import inspect
-import json
 import re
 import textwrap
 from typing import TYPE_CHECKING, Any, Final, TypeGuard, get_args
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeGuard, get_args
 from pydantic import BaseModel
 
 from wax.config import allowed
+from wax.config.as_toml import as_toml
 from wax.field_docs import field_docs
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _WIDTH: Final = 100
 _SHORT: Final = 60
-"""A list of tables that is longer than this has a line for each."""
+"""A default in a list's table is told if it is no longer than this."""
 
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
@@ -70,7 +70,8 @@ class _Manual:
             yield from comment(f"{'' if self._name or path[1:] else top}Keys of each:")
             yield from self._listed(items, (*path, 0))
         yield from comment(f"Allowed: {allowed.words(schema)}")
-        yield f"{key} = {toml(schema['default'])}" if "default" in schema else f"# {key} = …"
+        default = schema.get("default")
+        yield f"# {key} = …" if default is None else f"{key} = {as_toml(default)}"
         yield ""
 
     def _listed(self, model: Model, path: Path) -> Iterator[str]:
@@ -84,9 +85,9 @@ class _Manual:
                 as_elsewhere.setdefault(twin, []).append(key)
                 continue
             said = f"{text} {self._each((*path, key))} Allowed: {allowed.words(schema)}."
-            default = toml(schema.get("default", ""))
-            if default not in ('""', "[]", "{}", '"none"') and len(default) <= _SHORT:
-                said += f" Default: {default}"
+            default = schema.get("default")
+            if default not in (None, "", [], {}) and len(as_toml(default)) <= _SHORT:
+                said += f" Default: {as_toml(default)}"
             yield from _filled(said, f"#   {key.ljust(width)}", f"#   {' ' * width}")
         for table, keys in as_elsewhere.items():
             yield from _filled(f"{', '.join(keys)}: as in [{table}].", "#   ", "#   ")
@@ -126,20 +127,6 @@ def comment(text: str) -> list[str]:
         lines += [f"# {line}"] if line else []
         paragraph.clear()
     return lines
-
-
-def toml(value: object) -> str:
-    """Return a value as TOML; None is "none", since TOML has no null."""
-    if value and isinstance(value, dict):
-        return f"{{ {', '.join(f'{key} = {toml(inner)}' for key, inner in value.items())} }}"
-    if isinstance(value, list):
-        items = [toml(inner) for inner in value]
-        line = f"[{', '.join(items)}]"
-        is_long = len(line) > _SHORT and isinstance(value[0], dict)
-        return "".join(["[\n", *(f"    {item},\n" for item in items), "]"]) if is_long else line
-    if isinstance(value, int) and not isinstance(value, bool) and value >= 10_000:
-        return f"{value:_}"
-    return '"none"' if value is None else json.dumps(value, ensure_ascii=False)
 
 
 def _filled(text: str, first: str, others: str) -> list[str]:

@@ -45,7 +45,7 @@ class RobotSettings(ConfigTable):
     """The driver process stops the robot after this many milliseconds without a message from the
     server. 120 is six periods at 50 Hz."""
     wheel_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
-    """Metres between the two driven wheels, which sets their speeds in a turn."""
+    """Metres between the two driven wheels: measure them, since turns depend on it."""
     width_m: Annotated[float, Field(ge=0, le=5)] = 0.0
     """Metres from its left to its right edge, for the path that the page draws on the picture. 0 is
     not known: one line is drawn for its middle, except for the simulated robot, which knows

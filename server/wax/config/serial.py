@@ -60,8 +60,9 @@ class SerialSettings(ConfigTable):
     """Bits a second; it must match the board's program. The frames take 1.1 kB a second, so they
     need at least 19 200."""
     dialect: Literal["frames", "bytes", "text"] = "frames"
-    """How the board is spoken to: "frames" have a checksum, a number and a time-to-live
-    (server/wax/robot/serial/frames.py describes them byte by byte); "bytes" is one byte a command,
+    """How the board is spoken to. "frames" are for the program in server/firmware, which stops by
+    itself when it hears nothing: they have a checksum, a number and a time-to-live
+    (server/wax/robot/serial/frames.py describes them byte by byte). "bytes" is one byte a command,
     sent on change, for existing boards; "text" are lines that you describe, for sketches and motor
     controllers that understand such."""
     axes: Annotated[list[Name], Field(max_length=4)] = []

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -15,6 +17,7 @@ from wax.commands.init.questions import Answers, Key
 from wax.commands.init.writing import render
 from wax.config import settings as config
 
+MANUAL = (Path(__file__).parents[3] / "config/wax.toml").read_text(encoding="utf-8")
 BENCH = Found(
     cameras=(Thing("/dev/v4l/by-id/usb-Acme", "HD Webcam"), Thing("/dev/video2", "Infrared")),
     microphones=(Thing("microphone:HD Webcam", "HD Webcam: USB Audio (hw:1,0)"),),
@@ -71,6 +74,14 @@ def test_at_most_five_questions(found: Found, driver: str) -> None:
         values = [one.value for one in question.choices]
         assert values
         assert len(set(values)) == len(values)
+
+
+def test_a_default_is_explained_as_in_the_manual() -> None:
+    """The file says of the keys that it leaves as they are what the manual says."""
+    text = render(questions.answers(defaults(BENCH)), BENCH, "robot.toml", "today")
+    for key in ("braking_mps2", "wheel_base_m", "dialect", "baud"):
+        said = re.findall(rf"^((?:# .*\n)+)# Allowed: .*\n{key} = ", MANUAL, re.MULTILINE)
+        assert any(f"{one}{key} = " in text for one in said), key
 
 
 def test_a_plug_in_may_have_a_camera_of_its_own() -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from tests.commands.proof.robots import WheelSettings
 
-from wax.commands.proof.config_file import check, check_stop, observed, tapped, write
+from wax.commands.proof.config_file import check, check_stop, observed, tapped
 from wax.commands.proof.observed import ObservedSettings
 from wax.config.robot import RobotSettings
 from wax.config.settings import Settings, parse
@@ -108,9 +108,3 @@ def test_a_robot_whose_stop_is_in_force_is_not_driven_for_a_proof(tmp_path: Path
 def test_a_real_robot_can_be_proved(driver: str) -> None:
     """Any real robot's driver is accepted."""
     check(parse({"robot": {"driver": driver}}, "the host"))
-
-
-def test_what_toml_cannot_say_is_not_written() -> None:
-    """A value that TOML lacks raises, rather than writing an invalid file."""
-    with pytest.raises(TypeError):
-        write({"key": None})

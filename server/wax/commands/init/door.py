@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 
-from wax.commands.init.writing import quoted
+from wax.config.as_toml import as_toml
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -87,13 +87,7 @@ def _with_table(text: str, name: str, keys: Mapping[str, Any]) -> str:
 
 
 def _lines(keys: Mapping[str, Any]) -> str:
-    return "".join(f"{key} = {_written(value)}\n" for key, value in keys.items())
-
-
-def _written(value: object) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(quoted, value))}]"
-    return quoted(value) if isinstance(value, str) else str(value).lower()
+    return "".join(f"{key} = {as_toml(value)}\n" for key, value in keys.items())
 
 
 def _places(path: Path) -> tuple[Path, Path]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Final
 
 from wax.commands.init.questions import THIS_MACHINE
+from wax.config import manual
+from wax.config.as_toml import as_toml
 from wax.config.drive import DriveSettings
 from wax.config.robot import RobotSettings
 from wax.config.serial import SerialSettings
@@ -13,6 +14,8 @@ from wax.logs.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from pydantic import BaseModel
 
     from wax.commands.init.found import Found, Thing
     from wax.commands.init.questions import Answers
@@ -40,12 +43,12 @@ def _server(answers: Answers) -> str:
         return (
             "[server]\n"
             '# Only this machine opens the page; "0.0.0.0" lets every device in your network in.\n'
-            f"host = {quoted(answers.host)}\n"
+            f"host = {as_toml(answers.host)}\n"
         )
     return (
         "[server]\n"
         '# Every device in your network opens the page; "localhost" lets only this machine in.\n'
-        f"host = {quoted(answers.host)}\n"
+        f"host = {as_toml(answers.host)}\n"
         "# Browsers give their microphone to pages by HTTPS only. The certificate is made here:\n"
         "# each browser asks once; compare its fingerprint with the one on the terminal.\n"
         "https = true\n"
@@ -63,7 +66,7 @@ def _video(answers: Answers, found: Found) -> str:
         "[video]\n"
         "# The camera that looks where the robot drives: nobody drives without its picture.\n"
         f"{auto}"
-        f"source = {quoted(answers.camera)}{_about(answers.camera, found.cameras)}\n"
+        f"source = {as_toml(answers.camera)}{_about(answers.camera, found.cameras)}\n"
         f"{_others('source', answers.camera, found.cameras)}"
     )
 
@@ -72,7 +75,7 @@ def _audio(answers: Answers, found: Found) -> str:
     return (
         "[audio]\n"
         "# \"auto\" is the robot's own microphone, else the system's default, else the first.\n"
-        f"source = {quoted(answers.microphone)}{_about(answers.microphone, found.microphones)}\n"
+        f"source = {as_toml(answers.microphone)}{_about(answers.microphone, found.microphones)}\n"
         f"{_others('source', answers.microphone, found.microphones)}"
     )
 
@@ -81,7 +84,7 @@ def _voice(answers: Answers, found: Found) -> str:
     return (
         "[voice]\n"
         '# Where the operator\'s voice is played beside the robot; "none": nobody can speak.\n'
-        f"speaker = {quoted(answers.speaker)}{_about(answers.speaker, found.speakers)}\n"
+        f"speaker = {as_toml(answers.speaker)}{_about(answers.speaker, found.speakers)}\n"
         f"{_others('speaker', answers.speaker, found.speakers)}"
     )
 
@@ -90,21 +93,17 @@ def _robot(answers: Answers, found: Found) -> str:
     defaults, drive = RobotSettings(), DriveSettings()
     text = (
         "[robot]\n"
-        f"driver = {quoted(answers.driver)}\n"
+        f"driver = {as_toml(answers.driver)}\n"
         "# The highest speeds. Begin low, and raise them once `wax prove-stop` has measured how\n"
         "# fast it stops: after losing its operator it may travel"
         f" {drive.max_stop_distance_m:g} m.\n"
         f"max_linear_mps = {defaults.max_linear_mps!r}   # metres a second\n"
         f"max_angular_rps = {defaults.max_angular_rps!r}   # radians a second\n"
-        "# How hard it brakes, in metres a second, per second: `wax prove-stop` tells.\n"
-        f"braking_mps2 = {defaults.braking_mps2!r}\n"
+        f"{_key(defaults, 'braking_mps2')}"
     )
     if answers.driver == "simulated":
         return text
-    text += (
-        "# Metres between the two driven wheels: measure them, turns depend on it.\n"
-        f"wheel_base_m = {defaults.wheel_base_m!r}\n"
-    )
+    text += _key(defaults, "wheel_base_m")
     if answers.driver != "serial":
         return text + _own_table(answers.driver)
     serial = SerialSettings()
@@ -112,14 +111,17 @@ def _robot(answers: Answers, found: Found) -> str:
         f"{text}"
         "\n"
         "[robot.serial]\n"
-        f"url = {quoted(answers.port)}{_about(answers.port, found.ports)}\n"
+        f"url = {as_toml(answers.port)}{_about(answers.port, found.ports)}\n"
         f"{_others('url', answers.port, found.ports)}"
-        '# "frames" is spoken by the program in server/firmware, which stops by itself when it\n'
-        "# hears nothing; other dialects are for boards that have a program already.\n"
-        f"dialect = {quoted(serial.dialect)}\n"
-        "# Bits a second, as in the board's program.\n"
-        f"baud = {serial.baud}\n"
+        f"{_key(serial, 'dialect')}"
+        f"{_key(serial, 'baud')}"
     )
+
+
+def _key(table: BaseModel, key: str) -> str:
+    """Return a key with its default, and what the manual says of it."""
+    said = manual.comment(manual.purposes(type(table))[key])
+    return "\n".join([*said, f"{key} = {as_toml(getattr(table, key))}", ""])
 
 
 def _own_table(driver: str) -> str:
@@ -142,10 +144,5 @@ def _others(key: str, chosen: str, things: Iterable[Thing]) -> str:
     others = [one for one in things if one.source != chosen]
     if not others:
         return ""
-    lines = [f"# {key} = {quoted(one.source)}{_about(one.source, [one])}\n" for one in others]
+    lines = [f"# {key} = {as_toml(one.source)}{_about(one.source, [one])}\n" for one in others]
     return "# Also found:\n" + "".join(lines)
-
-
-def quoted(text: str) -> str:
-    """Return a TOML string: JSON's, except for one character that TOML requires escaped."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

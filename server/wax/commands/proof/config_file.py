@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any, Final
 
+from wax.config.as_toml import as_toml, key_as_toml
 from wax.errors import ConfigError
 from wax.session.kept_state import KeptFile
 
@@ -83,25 +83,4 @@ def _robot(settings: Settings) -> dict[str, Any]:
 
 def write(tree: dict[str, Any]) -> str:
     """Return the TOML of a tree of tables, lists, texts, numbers and truth values."""
-    return "".join(f"{_text(name)} = {_value(value)}\n" for name, value in tree.items())
-
-
-def _value(value: Any) -> str:
-    match value:
-        case dict():
-            inner = ", ".join(f"{_text(name)} = {_value(one)}" for name, one in value.items())
-            return f"{{{inner}}}"
-        case list():
-            return f"[{', '.join(map(_value, value))}]"
-        case bool():
-            return "true" if value else "false"
-        case str():
-            return _text(value)
-        case int() | float():
-            return repr(value)
-    raise TypeError(f"TOML cannot express {value!r}")
-
-
-def _text(text: str) -> str:
-    # TOML has JSON's escapes, except for one character that TOML does not allow unescaped.
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return "".join(f"{key_as_toml(name)} = {as_toml(value)}\n" for name, value in tree.items())
