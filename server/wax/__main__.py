@@ -111,13 +111,14 @@ def _open_streams() -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
+    defaults = config.Settings()
     parser = argparse.ArgumentParser(
         prog="wax", description="Serve a robot to browsers: picture, sound, and turns to drive."
     )
     parser.add_argument("--version", action="version", version=f"wax {__version__}")
     parser.add_argument("--config", type=Path, metavar="FILE", help="a TOML file; see wax.toml")
     parser.add_argument("--host", help="where to listen; 0.0.0.0 lets other devices in")
-    parser.add_argument("--port", type=int, help="the port of the page (8080)")
+    parser.add_argument("--port", type=int, help=f"the port of the page ({defaults.server.port})")
     parser.add_argument(
         "--https",
         action="store_true",
@@ -125,7 +126,9 @@ def _parser() -> argparse.ArgumentParser:
         help="serve HTTPS, with a certificate made here",
     )
     parser.add_argument(
-        "--udp-port", type=int, help="the port of picture, sound and commands (8081)"
+        "--udp-port",
+        type=int,
+        help=f"the port of picture, sound and commands ({defaults.network.udp_port})",
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.add_parser("run", help="serve (also without a command)")

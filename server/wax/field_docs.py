@@ -27,5 +27,5 @@ def _own(model: type) -> dict[str, str]:
     for field, below in pairwise(getattr(definition, "body", [])):
         match field, below:
             case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(ast.Constant(value=str(text))):
-                found[name] = inspect.cleandoc(text)
+                found[name] = inspect.cleandoc(text).rstrip()
     return found

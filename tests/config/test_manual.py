@@ -77,8 +77,8 @@ class Lamp(BaseModel):
     """What lights its way."""
 
     watts: Annotated[float, Field(ge=0, le=9)] = 2.5
-    """How bright
-    it is."""
+    """How bright it is.
+    """
 
 
 class Dynamo(Lamp):

@@ -100,10 +100,10 @@ class _Manual:
 
     def _twin(self, key: str, text: str) -> str | None:
         """Return the table that has the same key for the same purpose."""
-        return next(
-            (name for name, one in _tables(self._model).items() if purposes(one).get(key) == text),
-            None,
-        )
+        for name, model in _tables(self._model).items():
+            if purposes(model).get(key) == text:
+                return f"{self._name}.{name}".removeprefix(".")
+        return None
 
     def _schema_of(self, path: Path) -> allowed.Schema:
         return allowed.find(self._schema, path)[1] or {}

@@ -61,8 +61,8 @@ class TextDialectSettings(ConfigTable):
     """
 
     drive: Line = ""
-    r"""The line that drives the robot, such as "m {left} {right}\r"; the dialect "text" needs it.
-    """
+    r"""The line that drives the robot, such as "m {left} {right}\r"; the dialect "text" needs
+    it."""
     stop: Line = ""
     """The line that stops it, where that is not drive with zeros. It is said again and again; the
     next drive must start the robot again without anything between."""
@@ -71,8 +71,8 @@ class TextDialectSettings(ConfigTable):
     mm/s; for encoder ticks a loop, the ticks of a metre divided by the loops of a second; for
     shares of full power, the largest share divided by the speed that you measure with it."""
     per_rps: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """The same of turning, where the line has {angular}: 1 for radians a second, 57.3 for degrees.
-    """
+    """The same of turning, where the line has {angular}: 1 for radians a second, 57.3 for
+    degrees."""
     limit: Annotated[float, Field(ge=0, le=1e6)] = 0.0
     """The largest number that the line may say, such as 255 or 1000; both are reduced together, so
     that a curve stays the same. 0: there is no limit."""

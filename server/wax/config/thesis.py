@@ -19,7 +19,6 @@ class ThesisSettings(ConfigTable):
 
     video_mu_ms: Annotated[int, Field(ge=20, le=500)] = 100
     """Milliseconds that one picture lasts, the video media unit: ten a second (3.3.3.1)."""
-
     audio_mu_ms: Annotated[
         int,
         Field(ge=100, le=500, multiple_of=20),
@@ -27,34 +26,26 @@ class ThesisSettings(ConfigTable):
     ] = 500
     """Milliseconds of sound captured and sent as one piece, the audio media unit. The thesis found
     500 by experiment (5.3): shorter ones break up on a slow link."""
-
     width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 166
     """Width of the picture in pixels, the one size for all (4.2: 166, chosen for modems)."""
     height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 130
     """Height of the picture in pixels (4.2: 129, to the nearest even)."""
-
     picture_bytes: Annotated[int, Field(ge=1000, le=40_000)] = 8000
     """Bytes of one picture; each is encoded independently, like the thesis's 75 % JPEGs (3.5,
     4.2)."""
-
     sample_rate_hz: Literal[8000] = 8000
     """Samples of the sound, times a second: µ-law, one byte each (3.4.1). The codec PCMU has no
     other."""
-
     fail_safe_fps: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Fail-safe mode begins when fewer pictures a second than this get through (3.5)."""
-
     reference_audio_buffer_ms: Annotated[float, Field(ge=0, le=500)] = 50.0
     """Milliseconds of sound that a client may buffer; if it buffers more, the picture is rolled
     back further (5.3.1: Java 1.1 had 50, Java 2 had 256)."""
-
     max_extra_rollback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
     """The most milliseconds of that extra roll-back. Not from the thesis: its one case was 206."""
-
     recover_ms: Annotated[float, Field(ge=0, le=60_000)] = 1000.0
     """Fail-safe mode ends after this many milliseconds without a reason for it; "one second" in
     3.5."""
-
     lost_after_ms: Annotated[float, Field(ge=1000, le=60_000)] = 5000.0
     """Milliseconds after which an unacknowledged media unit counts as lost. Not from the thesis:
     its TCP lost none."""
