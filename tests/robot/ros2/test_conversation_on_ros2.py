@@ -15,7 +15,7 @@ OTHER = Sentence("ros2.other_publisher", {"topic": "/cmd_vel", "n": 1})
 
 def conversation() -> Ros2Conversation:
     talk = Ros2Conversation(ros2_settings(0).own(Ros2Settings), Limits(0.6, 1.5))
-    talk.opened()
+    talk.opened(0.0)
     return talk
 
 

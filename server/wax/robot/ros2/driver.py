@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import structlog
 
 from wax.driver.interface import Limits
+from wax.robot.line.robot import LineRobot
 from wax.robot.ros2.conversation import Ros2Conversation
 from wax.robot.ros2.open_link import load
 from wax.robot.ros2.session import Session
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.robot import RobotSettings
     from wax.config.video import VideoSettings
-    from wax.driver.interface import RobotState, Twist
 
 _LOG = structlog.get_logger(__name__)
 
@@ -30,70 +29,41 @@ NO_TIMEOUT: Final = (
 )
 
 
-class Ros2Robot:
+class Ros2Robot(LineRobot):
     """A `Driver` that publishes Twist or TwistStamped, by DDS or rosbridge.
 
     It is connected while the command topic has a subscriber and no other publisher. After
-    connecting, nothing moves until a set-point of standstill.
+    connecting, nothing moves until a set-point of standstill. After `close` has returned, the
+    standby keeps sending standstill.
     """
 
     Settings: ClassVar = Ros2Settings
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
-        self._settings = settings.own(Ros2Settings)
-        load(self._settings)
-        self._clock = clock
-        self._limits = Limits(
-            settings.max_linear_mps,
-            settings.max_angular_rps,
-            ttl_s=self._settings.timeout_s or None,
+        own = self._settings = settings.own(Ros2Settings)
+        load(own)
+        limits = Limits(
+            settings.max_linear_mps, settings.max_angular_rps, ttl_s=own.timeout_s or None
         )
-        self._conversation = Ros2Conversation(self._settings, self._limits)
-        self._session = Session(self._settings, clock, self._conversation)
-        self._thread: threading.Thread | None = None
-
-    @property
-    def kind(self) -> str:
-        return "ros2"
-
-    @property
-    def limits(self) -> Limits:
-        return self._limits
+        core = Ros2Conversation(own, limits)
+        self._session = Session(own, clock, core)
+        super().__init__(
+            "ros2",
+            limits,
+            clock,
+            core,
+            self._session,
+            reopen_s=own.reopen_s,
+            close_s=CLOSE_TIMEOUT_S,
+        )
 
     def open(self) -> None:
-        """Start connecting, and keep trying; no effect if already open."""
-        if self._thread is not None:
-            return
-        if self._limits.ttl_s is None:
+        if self._limits.ttl_s is None and not self._kept.is_open:
             _LOG.warning(NO_TIMEOUT)
-        self._session = Session(self._settings, self._clock, self._conversation)
-        self._thread = threading.Thread(target=self._session.run, name="ros2", daemon=True)
-        self._thread.start()
-
-    def apply(self, twist: Twist, turn: int) -> None:
-        self._conversation.apply(twist, turn, self._clock.now_s())
-        self._session.wake()
-
-    def set_axis(self, name: str, position: float, turn: int) -> None:
-        """Do nothing: it has no axes."""
-
-    def stop(self, turn: int) -> None:
-        self._conversation.stop(turn, self._clock.now_s())
-        self._session.wake()
-
-    def close(self) -> None:
-        """Stop the robot; the standby keeps sending standstill after this has returned."""
-        thread, self._thread = self._thread, None
-        if thread is not None:
-            self._session.close()
-            thread.join(CLOSE_TIMEOUT_S)
-        self._conversation.lost(None)
+        super().open()
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         """Make a source of the configured topic; the driver need not be open."""
         from wax.robot.ros2.camera import Ros2Camera  # noqa: PLC0415 - it loads OpenCV
 
         return Ros2Camera(self._settings, settings, clock)
-
-    def state(self) -> RobotState:
-        return self._conversation.state(self._clock.now_s())

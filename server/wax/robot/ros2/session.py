@@ -1,16 +1,15 @@
-"""Keeps the connection to a ROS 2 robot: one thread sends, another receives."""
+"""The connection to a ROS 2 robot, as a line: what is checked, sent and heard on it."""
 
 from __future__ import annotations
 
-import contextlib
-import threading
 import time
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import structlog
 
 from wax.driver.checks import NO_ANSWER
 from wax.errors import DriverError
+from wax.robot.line.kept_line import RobotLine
 from wax.robot.ros2 import names
 from wax.robot.ros2.command_topic import OURS, SubscribersSeen, judge, other_publishers
 from wax.robot.ros2.link import Wanted, command_type
@@ -19,6 +18,8 @@ from wax.robot.ros2.standby_process import StandbyProcess
 from wax.robot.ros2.standby_rules import SILENCE_S
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.clock import Clock
     from wax.robot.ros2.command_topic import Traffic
     from wax.robot.ros2.conversation import Ros2Conversation
@@ -44,95 +45,82 @@ ALONE_FAREWELL_S: Final = 0.6
 """How long it does so without a standby: as long as closing may take."""
 
 
-class Session:
-    """From `run` to `close` it keeps the link open, reopening it when it is lost."""
+class Session(RobotLine):
+    """The connection, with the standby that sends standstill whenever this process cannot."""
+
+    hears: ClassVar[bool] = True
+    _link: Link
 
     def __init__(self, settings: Ros2Settings, clock: Clock, talk: Ros2Conversation) -> None:
         self._settings = settings
         self._clock = clock
         self._talk = talk
-        self._standby = StandbyProcess(settings, clock) if settings.standby else None
-        self._changed = threading.Condition()
-        self._news = False
-        self._closing = False
-        self._owed = False
+        self._standby: StandbyProcess | None = None
+        self._owed = self._is_leaving = False
+        self._look_s = 0.0
         self._subscribers = SubscribersSeen()
         self._learned_s: float | None = None
-        self._is_open = False
-        self._error: DriverError | None = None
 
-    def wake(self) -> None:
-        """Send a changed set-point now."""
-        with self._changed:
-            self._news = True
-            self._changed.notify()
+    def start(self) -> None:
+        self._standby = (
+            StandbyProcess(self._settings, self._clock) if self._settings.standby else None
+        )
+        self._owed = self._is_leaving = False
+        self._learned_s = None
+
+    def open(self, wake: Callable[[], None]) -> None:  # noqa: ARG002 - of the base class
+        self._link = open_link(
+            self._settings, self._clock, mark=OURS, wanted=wanted(self._settings)
+        )
+
+    def begin(self, now_s: float) -> None:
+        self._subscribers.forget()
+        self._look_s = now_s
+        self._talk.opened(now_s)
 
     def close(self) -> None:
-        """Make `run` stop the robot and return."""
-        with self._changed:
-            self._closing = True
-            self._changed.notify()
+        self._link.close()
 
-    def run(self) -> None:
-        """Connect and stay connected until `close`."""
-        try:
-            while not self._closing:
-                try:
-                    self._connect()
-                except DriverError as error:
-                    self._lost(error.sentence)
-                except Exception:
-                    # If this thread died silently, the robot would count as connected for ever.
-                    _LOG.exception("the robot's link failed")
-                    self._lost(NO_ANSWER)
-                else:
-                    continue
-                self._rest(self._settings.reopen_s)
-        finally:
-            if self._standby is not None:
-                self._standby.leave()
+    def end(self) -> None:
+        if self._standby is not None:
+            self._standby.leave()
 
-    def _connect(self) -> None:
-        self._error = None
-        link = open_link(self._settings, self._clock, mark=OURS, wanted=wanted(self._settings))
-        listener = threading.Thread(
-            target=self._listen, args=(link,), name="ros2 listener", daemon=True
-        )
-        self._is_open = True
-        try:
-            self._subscribers.forget()
-            self._talk.opened()
-            listener.start()
-            self._send(link)
-        finally:
-            self._is_open = False
-            if listener.ident is not None:
-                listener.join()
-            with contextlib.suppress(DriverError):
-                link.close()
+    def problem(self, error: Exception, *, was_open: bool) -> Sentence:  # noqa: ARG002
+        """Return why the connection is lost, and log it."""
+        if isinstance(error, DriverError):
+            why = error.sentence
+        else:
+            _LOG.error("the robot's link failed", exc_info=error)
+            why = NO_ANSWER
+        _LOG.warning("the robot's link is lost", problem=str(why))
+        return why
 
     # --- what is sent ------------------------------------------------------------------------
 
-    def _send(self, link: Link) -> None:
-        look_s = self._clock.now_s()
-        while not self._closing:
-            self._news = False
-            now_s = self._clock.now_s()
-            again_s = self._say(link)
-            if now_s >= look_s:
-                look_s = now_s + LOOK_S
-                self._judge(link)
-                continue
-            self._pause(min(again_s, look_s) - self._clock.now_s())
-            if self._error is not None:
-                raise self._error
-        self._farewell(link)
+    def step(self, now_s: float) -> float:
+        again_s = self._say(now_s)
+        if self._is_leaving:
+            return again_s
+        if now_s >= self._look_s:
+            self._look_s = now_s + LOOK_S
+            self._judge()
+            return now_s
+        return min(again_s, self._look_s)
 
-    def _say(self, link: Link) -> float:
+    def leave(self, now_s: float) -> float:
+        """Send standstill as long as closing allows; a standby continues for longer.
+
+        The standby starts once the link is closed, so that its message overtakes no motion.
+        """
+        self._is_leaving = True
+        self._begin_anew(now_s)
+        has_standby = self._standby is not None and self._standby.is_ready
+        return FAREWELL_S if has_standby else ALONE_FAREWELL_S
+
+    def _say(self, now_s: float) -> float:
         """Send what is due; return the latest time of the next call."""
-        now_s = self._clock.now_s()
         if self._standby is not None and now_s >= self._standby.speaks_at_s:
-            self._begin_anew()  # the standby has stopped the robot, so earlier set-points are void
+            self._begin_anew(now_s)  # the standby has stopped the robot: old set-points are void
         twist, again_s = self._talk.next(now_s)
         owes = self._talk.owes(now_s)
         if self._standby is not None and (twist is not None or owes != self._owed):
@@ -141,23 +129,23 @@ class Session:
             self._owed = owes
         if twist is not None:
             if self._clock.now_s() - now_s >= SILENCE_S:  # frozen meanwhile, as above
-                self._begin_anew()
+                self._begin_anew(now_s)
                 return now_s
-            link.send(twist, time.time_ns())
+            self._link.send(twist, time.time_ns())
         return again_s
 
-    def _judge(self, link: Link) -> None:
+    def _judge(self) -> None:
         """Check whether the robot can be driven, and who else is on the topic."""
         waits = None if self._standby is None else self._standby.poll()
-        ours = {link.guid} if self._standby is None else {link.guid, *self._standby.guids}
-        traffic = link.traffic()
+        ours = {self._link.guid} | (set() if self._standby is None else self._standby.guids)
+        traffic = self._link.traffic()
         kind = command_type(self._settings)
         promised_s = self._settings.timeout_s
         verdict = judge(traffic, self._settings.topic, kind, ours, promised_s) or waits
         self._learn(traffic)
         if self._subscribers.has_new(traffic, kind) and verdict is None:
             # The base was restarted: the next check connects to it, with a new epoch.
-            self._begin_anew()
+            self._begin_anew(self._clock.now_s())
             return
         self._talk.judged(verdict, alone=not other_publishers(traffic, ours))
 
@@ -175,56 +163,17 @@ class Session:
         elif self._settings.timeout_s <= 0.0:
             _LOG.warning(WRITE_TIMEOUT, timeout_s=timeout_s)
 
-    def _farewell(self, link: Link) -> None:
-        """Send standstill as long as closing allows; a standby continues for longer.
-
-        The standby starts once the link is closed, so that its message overtakes no motion.
-        """
-        self._begin_anew()
-        has_standby = self._standby is not None and self._standby.is_ready
-        end_s = self._clock.now_s() + (FAREWELL_S if has_standby else ALONE_FAREWELL_S)
-        while (now_s := self._clock.now_s()) < end_s:
-            time.sleep(max(0.0, min(self._say(link), end_s) - now_s))
-
-    def _begin_anew(self) -> None:
+    def _begin_anew(self, now_s: float) -> None:
         """Send standstill, and treat the robot as newly connected."""
         self._talk.lost(None)
-        self._talk.opened()
-
-    def _lost(self, why: Sentence) -> None:
-        _LOG.warning("the robot's link is lost", problem=str(why))
-        self._talk.lost(why)
-
-    def _pause(self, pause_s: float) -> None:
-        with self._changed:
-            self._changed.wait_for(self._must_act, min(max(0.0, pause_s), threading.TIMEOUT_MAX))
-
-    def _rest(self, pause_s: float) -> None:
-        """Wait, ignoring new set-points: a failed send must not be retried at once."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._closing, pause_s)
-
-    def _must_act(self) -> bool:
-        return self._news or self._closing or self._error is not None
+        self._talk.opened(now_s)
 
     # --- what is heard -----------------------------------------------------------------------
 
-    def _listen(self, link: Link) -> None:
-        try:
-            while self._is_open:
-                for kind, message in link.take(LISTEN_S):
-                    self._talk.handle_message(kind, message, self._clock.now_s())
-        except DriverError as error:
-            self._give_up(error)
-        except Exception:
-            _LOG.exception("what the robot tells cannot be heard")
-            self._give_up(DriverError(NO_ANSWER))
-
-    def _give_up(self, error: DriverError) -> None:
-        """Make the sender reconnect."""
-        with self._changed:
-            self._error = error
-            self._changed.notify()
+    def hear(self) -> bool:
+        for kind, message in self._link.take(LISTEN_S):
+            self._talk.handle_message(kind, message, self._clock.now_s())
+        return False
 
 
 def wanted(settings: Ros2Settings) -> list[Wanted]:
