@@ -11,7 +11,8 @@ from pymavlink.dialects.v20 import common as mavlink
 from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
-from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
+from wax.robot.line.kept_line import KeptLine
 from wax.robot.mavlink.conversation import Conversation
 from wax.robot.mavlink.link import MavlinkLink
 from wax.robot.mavlink.settings import MavlinkSettings
@@ -96,7 +97,7 @@ def test_a_reopened_line_stops_the_rover_at_once() -> None:
     words, due_s, _ = talk.next(clock.time_s)
     assert speeds(words) == [0.0]
     assert due_s - clock.time_s == pytest.approx(1.0 / SETTINGS.command_hz)
-    assert not talk.state().connected
+    assert not talk.state(clock.time_s).connected
     for _ in range(50):
         clock.time_s += 0.02
         talk.apply(AHEAD, 1, clock.time_s)
@@ -125,7 +126,7 @@ def test_a_person_who_has_taken_the_rover_keeps_it_when_the_line_is_lost() -> No
     talk.received(rover(mode=0), clock.time_s)
     assert speeds(talk.last_words(clock.time_s)) == [0.0]
     clock.time_s += 2.4
-    assert talk.state().connected
+    assert talk.state(clock.time_s).connected
     assert talk.last_words(clock.time_s) == b""
 
 
@@ -137,6 +138,10 @@ def test_a_reopened_driver_sends_nothing_before_it_drives() -> None:
     talk.start()
     talk.opened(clock.time_s)
     assert speeds(talk.next(clock.time_s)[0]) == []
+
+
+def is_ready(state: RobotState) -> bool:
+    return state.connected and state.problem is None
 
 
 class Line:
@@ -184,18 +189,19 @@ def test_a_stop_is_sent_on_a_line_that_can_only_be_written(
     clock = SystemClock()
     talk = Conversation(SETTINGS, LIMITS, clock, None)
     link = MavlinkLink(SETTINGS, clock, talk)
+    kept = KeptLine("mavlink", link, talk, clock, reopen_s=SETTINGS.reopen_s)
 
     def until(so: Callable[[], bool], wanted: Twist = AHEAD) -> None:
         end_s = time.monotonic() + 10.0
         while not so():
             assert time.monotonic() < end_s
             talk.apply(wanted, 1, clock.now_s())
-            link.wake()
+            kept.wake()
             time.sleep(0.01)
 
-    link.open()
+    kept.open()
     try:
-        until(lambda: talk.state().connected and talk.state().problem is None)
+        until(lambda: is_ready(talk.state(clock.now_s())))
         talk.apply(STANDSTILL, 1, clock.now_s())
         until(lambda: speeds(lines[0].said)[-1:] > [0.0])
         stops = lines[0].stops
@@ -205,4 +211,4 @@ def test_a_stop_is_sent_on_a_line_that_can_only_be_written(
         until(lambda: len(lines) > 1)
         assert speeds(lines[0].said)[-1] == 0.0
     finally:
-        link.close()
+        kept.close()

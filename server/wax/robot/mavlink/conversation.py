@@ -1,15 +1,14 @@
-"""The messages to and from the rover, behind one lock."""
+"""The messages to and from the rover."""
 
 from __future__ import annotations
 
 import math
-import threading
 from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.driver.interface import STANDSTILL, RobotState
-from wax.robot.line.setpoints import SetPoints
+from wax.driver.interface import STANDSTILL
+from wax.robot.line.core import LineCore, Reading
 from wax.robot.mavlink.codec import Codec
 from wax.robot.mavlink.failsafe import warnings
 from wax.robot.mavlink.mapping import sticks, velocity
@@ -32,8 +31,8 @@ FAREWELL_S: Final = 0.4
 """How long standstill is sent before closing the line, which may take a second at most."""
 
 
-class Conversation:
-    """Set-points in, MAVLink out; MAVLink in, the robot's state out. All methods are thread-safe.
+class Conversation(LineCore):
+    """Set-points in, MAVLink out; MAVLink in, the robot's state out.
 
     The robot is connected while the rover's messages arrive and its failsafe is known. It is
     *ready* while the rover is also in the right mode, armed and obeys us. Set-points are sent only
@@ -43,52 +42,17 @@ class Conversation:
     def __init__(
         self, settings: MavlinkSettings, limits: Limits, clock: Clock, key: bytes | None
     ) -> None:
-        self._lock = threading.Lock()
+        super().__init__(limits, SETPOINT_TTL_S)
         self._settings = settings
         self._limits = limits
         self._codec = Codec(settings.own_system, settings.system, key, clock.wall_ms())
-        self._setpoints = SetPoints(limits, SETPOINT_TTL_S)
         self._rover = Rover(settings)
         self._questions = Questions(settings.telemetry_hz)
         self._schedule = Schedule(1.0 / settings.command_hz)
         self._beat_s = -math.inf
         self._refused_before = 0
-        self._connected = self._ready = self._has_driven = self._is_leaving = False
+        self._ready = self._has_driven = self._is_leaving = False
         self._said_motion = False
-        self._problem: Sentence | None = None
-        self._epoch = 0
-
-    # --- from the driver --------------------------------------------------------------------
-
-    def apply(self, twist: Twist, turn: int, now_s: float) -> None:
-        with self._lock:
-            self._setpoints.apply(twist, turn, now_s)
-
-    def stop(self, turn: int, now_s: float) -> None:
-        with self._lock:
-            self._setpoints.stop(turn)
-            self._schedule.stopped(now_s)
-
-    def state(self) -> RobotState:
-        with self._lock:
-            rover, battery = self._rover, self._rover.battery
-            counts = {
-                "line_errors": float(self._codec.damaged),
-                "line_refused": float(self._codec.refused),
-            }
-            return RobotState(
-                connected=self._connected,
-                problem=self._problem,
-                epoch=self._epoch,
-                moving=rover.moving if self._connected else None,
-                pose=rover.pose if self._connected else None,
-                battery_v=battery.volts if self._connected else None,
-                battery_fraction=battery.fraction if self._connected else None,
-                ttl_s=rover.told_s if self._connected else None,
-                extra=rover.known() | counts,
-            )
-
-    # --- from the link ----------------------------------------------------------------------
 
     def start(self) -> None:
         """Begin: the driver was opened, and no rover follows us yet."""
@@ -152,9 +116,8 @@ class Conversation:
             return self._words(STANDSTILL, now_s) if self._may_tell(now_s) else b""
 
     def lost(self, problem: Sentence | None) -> None:
-        """Handle that the line was lost, or closed if there is no problem."""
+        super().lost(problem)
         with self._lock:
-            self._disconnect(problem)
             self._rover.begin(math.inf)
 
     def farewell(self, now_s: float) -> float:
@@ -226,8 +189,23 @@ class Conversation:
         return self._codec.sticks(sticks(wanted, self._limits))
 
     def _disconnect(self, problem: Sentence | None) -> None:
-        self._retire()
-        self._connected, self._problem = False, problem
+        self._ready = False
+        super()._disconnect(problem)
+
+    def _stopped(self, now_s: float) -> None:
+        self._schedule.stopped(now_s)
+
+    def _reading(self, now_s: float) -> Reading:  # noqa: ARG002 - of the base class
+        rover, codec = self._rover, self._codec
+        counts = {"line_errors": float(codec.damaged), "line_refused": float(codec.refused)}
+        return Reading(
+            moving=rover.moving,
+            pose=rover.pose,
+            battery_v=rover.battery.volts,
+            battery_fraction=rover.battery.fraction,
+            ttl_s=rover.told_s,
+            extra=rover.known() | counts,
+        )
 
     def _retire(self) -> None:
         self._ready = False
