@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
+from wax.protocol.robot_report import ROBOT_NUMBERS
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -35,8 +36,8 @@ class GaugeHold:
 def value(gauge: GaugeSettings, state: RobotState) -> float | None:
     """Return the value that the robot reports, None if it reports no number."""
     told = state.gauges.get(gauge.name)
-    if told is None and gauge.name in ("battery_v", "battery_fraction"):
-        told = state.battery_v if gauge.name == "battery_v" else state.battery_fraction
+    if told is None and gauge.name in ROBOT_NUMBERS:
+        told = state.told.get(gauge.name)
     return told if told is not None and math.isfinite(told) else None
 
 

@@ -80,12 +80,17 @@ class Encoders:
         why = next((one.problem for one in self._trials if one.problem), "it was not tried")
         return f"{self._wanted} does not work here ({why}); the processor encodes."
 
+    @property
+    def refused(self) -> dict[str, str | dict[str, str]]:
+        """Why each hardware encoder that was tried is not used."""
+        return {one.encoder: one.problem or one.refused for one in self._trials}
+
     def status(self) -> dict[str, object]:
         """Return the chosen encoder and the reasons, for `GET /api/status`."""
         return {
             "chosen": SOFTWARE[self._codec] if self._best is None else self._best.encoder,
             "ms": {} if self._best is None else self._best.ms,
-            "refused": {one.encoder: one.problem or one.refused for one in self._trials},
+            "refused": self.refused,
             "failed": dict(self._failed),
         }
 

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final
 
 from wax.capture.testcard import TestCardVideo
 from wax.clock import SystemClock
@@ -80,16 +80,15 @@ def clock(read_status: Callable[[], int] = _clock_status) -> Verdict:
 
 def encoder(settings: VideoSettings, encoders: Encoders) -> Verdict:
     """Report the driving view's encoder, and why it is not hardware."""
-    status = encoders.status()
     if settings.codec == "vp8":
         return ok('VP8 is encoded by the processor; hardware is for [video] codec = "h264".')
     if encoders.problem is not None:
         return warning(encoders.problem, 'Write [video] encoder = "auto", or "software".')
     names = {encoders.name_of(one) for one in settings.renditions}
     told = f"H.264 is encoded by {' and '.join(sorted(names))}"
-    refused = cast("dict[str, object]", status["refused"])
-    if len(names) == 1 and refused and "libx264" in names:
-        told += f"; no hardware: {'; '.join(f'{name}: {why}' for name, why in refused.items())}"
+    if len(names) == 1 and encoders.refused and "libx264" in names:
+        why = "; ".join(f"{name}: {why}" for name, why in encoders.refused.items())
+        told += f"; no hardware: {why}"
     return ok(f"{told}.")
 
 
