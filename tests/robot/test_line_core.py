@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.line.core import LineCore, Reading
+from wax.driver.interface import STANDSTILL, Limits, Reading, Twist
+from wax.robot.line.core import LineCore
 from wax.sentence import Sentence
 
 AHEAD = Twist(0.3, 0.0)
@@ -22,10 +22,11 @@ def test_a_robot_is_connected_from_its_first_answer() -> None:
     core = LineCore(Limits(0.6, 1.5), ttl_s=0.2)
     core.opened(0.0)
     assert not core.state(0.0).connected
-    core.heard(Reading(moving=True))
+    core.heard(Reading(moving=True, battery_v=7.4, gauges={"motor_c": 40.0}))
     core.heard(None)
     state = core.state(0.0)
     assert (state.connected, state.epoch, state.moving) == (True, 1, True)
+    assert (state.battery_v, state.gauges) == (7.4, {"motor_c": 40.0})
     core.lost(LOST)
     state = core.state(0.0)
     assert (state.connected, state.problem, state.moving, state.extra) == (False, LOST, None, {})

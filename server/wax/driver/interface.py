@@ -94,16 +94,10 @@ class Aboard:
     asks: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class RobotState:
-    """The robot's state, as far as it reports one."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """What a robot tells of itself, as far as it tells anything."""
 
-    connected: bool
-    problem: Sentence | str | None = None
-    """Why the robot cannot be driven, else None. Text is shown as it is; a `Sentence`, one of WAX's
-    own, is shown in the language of each page."""
-    epoch: int = 0
-    """Rises with every (re)connection: a set-point is never applied in a later epoch."""
     moving: bool | None = None
     """Whether the robot reports that a wheel turns, None if it does not report that."""
     pose: Pose | None = None
@@ -112,8 +106,6 @@ class RobotState:
     battery_v: float | None = None
     battery_fraction: float | None = None
     """0 (empty) to 1 (full)."""
-    aboard: Aboard | None = None
-    """None for a robot without a hand control aboard."""
     gauges: Mapping[str, float] = field(default_factory=dict)
     """Numbers by the gauge names that `[[gauges]]` may use."""
     ttl_s: float | None = None
@@ -131,6 +123,20 @@ class RobotState:
             "battery_v": self.battery_v,
             "battery_fraction": self.battery_fraction,
         }
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState(Reading):
+    """What a robot tells, and whether it is connected."""
+
+    connected: bool
+    problem: Sentence | str | None = None
+    """Why the robot cannot be driven, else None. Text is shown as it is; a `Sentence`, one of WAX's
+    own, is shown in the language of each page."""
+    epoch: int = 0
+    """Rises with every (re)connection: a set-point is never applied in a later epoch."""
+    aboard: Aboard | None = None
+    """None for a robot without a hand control aboard."""
 
     @property
     def said(self) -> Sentence | None:

@@ -6,29 +6,18 @@ Each method takes the time and returns at once; a lock makes them safe to call f
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass, field
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
-from wax.driver.interface import RobotState
+from wax.driver.interface import Reading, RobotState
 from wax.robot.line.setpoints import SetPoints
 
 if TYPE_CHECKING:
-    from wax.driver.interface import Limits, Pose, Twist
+    from wax.driver.interface import Limits, Twist
     from wax.robot.line.setpoints import Order
     from wax.sentence import Sentence
 
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """The robot's answer, as far as it gives one; see `RobotState`."""
-
-    moving: bool | None = None
-    pose: Pose | None = None
-    bumpers: int = 0
-    battery_v: float | None = None
-    battery_fraction: float | None = None
-    extra: dict[str, float] = field(default_factory=dict)
-    ttl_s: float | None = None
+__all__ = ["LineCore", "Reading"]
 
 
 class LineCore:
@@ -69,13 +58,7 @@ class LineCore:
                 connected=self._connected,
                 problem=self._problem,
                 epoch=self._epoch,
-                moving=told.moving,
-                pose=told.pose,
-                bumpers=told.bumpers,
-                battery_v=told.battery_v,
-                battery_fraction=told.battery_fraction,
-                ttl_s=told.ttl_s,
-                extra=told.extra,
+                **{one.name: getattr(told, one.name) for one in fields(told)},
             )
 
     # --- from the line ----------------------------------------------------------------------
