@@ -10,8 +10,7 @@ import pytest
 from tests.robot.dialect_robot import LIMITS, Robot, connected, framed, going, says
 
 from wax.config.serial import BytesDialectSettings
-from wax.driver.interface import STANDSTILL
-from wax.robot.line.core import Reading
+from wax.driver.interface import STANDSTILL, Reading
 from wax.robot.line.setpoints import Order
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames import (

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.config.robot import RobotSettings
-from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.line.core import Reading
+from wax.driver.interface import STANDSTILL, Limits, Reading, Twist
 from wax.robot.line.setpoints import Order
 from wax.robot.serial.text_dialect import TextDialect
 from wax.robot.wheels import WheelMixer

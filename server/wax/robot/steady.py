@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import structlog
 
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import STANDSTILL, Limits, RobotState
+from wax.driver.interface import STANDSTILL, Limits, Reading, RobotState
 from wax.errors import reason_of
-from wax.robot.line.core import LineCore, Reading
+from wax.robot.line.core import LineCore
 from wax.robot.line.kept_line import RobotLine
 from wax.robot.line.robot import LineRobot
 from wax.sentence import Sentence

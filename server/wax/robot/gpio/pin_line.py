@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from wax.driver.interface import Reading
 from wax.robot.gpio.odometry import StepOdometry
 from wax.robot.gpio.shares import OFF, MotorOpening, unless_bumped
-from wax.robot.line.core import Reading
 from wax.robot.line.kept_line import RobotLine
 from wax.sentence import Sentence
 

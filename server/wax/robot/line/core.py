@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from wax.robot.line.setpoints import Order
     from wax.sentence import Sentence
 
-__all__ = ["LineCore", "Reading"]
-
 
 class LineCore:
     """Set-points in, orders out; the robot's readings in, its state out.

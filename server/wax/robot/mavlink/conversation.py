@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.driver.interface import STANDSTILL
-from wax.robot.line.core import LineCore, Reading
+from wax.driver.interface import STANDSTILL, Reading
+from wax.robot.line.core import LineCore
 from wax.robot.mavlink.codec import Codec
 from wax.robot.mavlink.failsafe import warnings
 from wax.robot.mavlink.mapping import sticks, velocity

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from wax.robot.line.core import LineCore, Reading
+from wax.robot.line.core import LineCore
 from wax.robot.ros2.pace import Pace
 from wax.robot.ros2.senses import RosSenses
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from wax.driver.interface import Limits, RobotState, Twist
+    from wax.driver.interface import Limits, Reading, RobotState, Twist
     from wax.robot.ros2.settings import Ros2Settings
 
 
@@ -86,13 +86,7 @@ class Ros2Conversation(LineCore):
         self._pace.stopped(now_s)
 
     def _reading(self, now_s: float) -> Reading:
-        senses = self._senses
-        extra = {} if self._ttl_s is None else {"ros2_timeout_s": self._ttl_s}
-        return Reading(
-            moving=senses.moving(now_s),
-            pose=senses.pose(now_s),
-            bumpers=senses.bumpers,
-            battery_v=senses.battery_v,
-            battery_fraction=senses.battery_fraction,
-            extra=extra | {"ros2_invalid": float(senses.invalid)},
-        )
+        reading = self._senses.reading(now_s)
+        if self._ttl_s is None:
+            return reading
+        return replace(reading, extra=reading.extra | {"ros2_timeout_s": self._ttl_s})

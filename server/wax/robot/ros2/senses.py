@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.driver.interface import Pose
+from wax.driver.interface import Pose, Reading
 from wax.robot.ros2 import members
 
 if TYPE_CHECKING:
@@ -62,6 +62,17 @@ class RosSenses:
         except _NO_MESSAGE:
             self._is_strange = True
         self.invalid += self._is_strange
+
+    def reading(self, now_s: float) -> Reading:
+        """Return all that the robot tells but its faults."""
+        return Reading(
+            moving=self.moving(now_s),
+            pose=self.pose(now_s),
+            bumpers=self.bumpers,
+            battery_v=self.battery_v,
+            battery_fraction=self.battery_fraction,
+            extra={"ros2_invalid": float(self.invalid)},
+        )
 
     def pose(self, now_s: float) -> Pose | None:
         return self._pose if now_s - self._told_s < ODOMETRY_S else None

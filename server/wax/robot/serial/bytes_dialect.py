@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.robot.line.core import Reading
+from wax.driver.interface import Reading
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:

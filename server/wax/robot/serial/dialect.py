@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from wax.robot.line.core import Reading
+    from wax.driver.interface import Reading
     from wax.robot.line.setpoints import Order
     from wax.sentence import Sentence
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from wax.driver.interface import Limits
-from wax.robot.line.core import LineCore, Reading
+from wax.driver.interface import Limits, Reading
+from wax.robot.line.core import LineCore
 from wax.robot.line.robot import LineRobot
 from wax.robot.serial.advice import advised
 from wax.robot.serial.bytes_dialect import BytesDialect

@@ -6,7 +6,7 @@ import secrets
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
-from wax.robot.line.core import Reading
+from wax.driver.interface import Reading
 from wax.robot.serial.frames import (
     NO_SESSION,
     POSITION_SCALE,

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Final
 from wax.config.line_template import LineTemplate
 from wax.config.text_dialect import POSITION, TWIST, WHEELS
 from wax.driver.checks import within
-from wax.driver.interface import STANDSTILL
+from wax.driver.interface import STANDSTILL, Reading
 from wax.logs.printable import printable
-from wax.robot.line.core import Reading
 from wax.robot.serial.text_lines import Lines, Reports
 from wax.sentence import Sentence
 
