@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from wax.access.admission import Grant, Visitor
-    from wax.control.stop_latch import LatchedStop
     from wax.driver.interface import RobotState
     from wax.session.parts import Parts
     from wax.session.stop_budget import PressingAddress
@@ -45,7 +44,9 @@ class PageMessages:
         driver = parts.driver
         self._kind, self._limits = driver.kind, driver.limits
         self._own_view = driver.own_view if isinstance(driver, KnowsItsView) else None
+        self._viewers = parts.viewers
         self._turns = parts.turns
+        self._control = parts.control
         self._captures = parts.pipelines.captures
         self._cameras = parts.pipelines.cameras
         self._access = parts.access
@@ -77,28 +78,17 @@ class PageMessages:
             gauges=equipment.gauges(self._settings.gauges),
         )
 
-    def room(
-        self,
-        viewers: Iterable[Viewer],
-        state: RobotState,
-        stop: LatchedStop | None,
-        now_s: float,
-        *,
-        first_axes: Mapping[str, float] | None = None,
-        controls: Mapping[str, float] | None = None,
-    ) -> messages.RoomState:
-        """Return the state of the room, with those of `viewers` who have connected.
-
-        `first_axes` is where the axes were when the turn began, `controls` are the values set.
-        """
+    def room(self, now_s: float) -> messages.RoomState:
+        """Return the state of the room, with the viewers who have connected."""
+        state, stop = self._control.robot_state, self._control.latched
         return messages.RoomState(
-            viewers=self._lines(viewers, now_s),
+            viewers=self._lines(now_s),
             turn=messages.TurnInfo(
                 number=self._turns.number,
                 operator=self._turns.operator,
                 ends_server_ms=_ms(self._turns.ends_s),
                 stands_left_ms=_whole_ms(self._turns.paused_left_s(now_s)),
-                axes=dict(first_axes or {}),
+                axes=dict(self._control.first_axes),
             ),
             call=self._call(),
             stop=None if stop is None else messages.StopInfo.model_validate(stop),
@@ -120,7 +110,7 @@ class PageMessages:
             tape=None if self._parts.tape is None else self._parts.tape.status(),
             aboard=self._aboard(state),
             cameras=[messages.SourceStatus(problem=one.problem) for one in self._cameras],
-            controls=dict(controls or {}),
+            controls=dict(self._control.control_values),
             no_way_in=None if self._parts.tunnel.problem is None else Sentence("tunnel.nobody_new"),
         )
 
@@ -224,10 +214,10 @@ class PageMessages:
             stop_by=self._settings.stop.by,
         )
 
-    def _lines(self, viewers: Iterable[Viewer], now_s: float) -> list[messages.ViewerInfo]:
+    def _lines(self, now_s: float) -> list[messages.ViewerInfo]:
         places = self._turns.places(now_s)
         lines = []
-        for viewer in viewers:
+        for viewer in self._viewers:
             with viewer.boundary:
                 if viewer.was_ready:
                     lines.append(self._line(viewer, places))

@@ -340,14 +340,7 @@ class Room:
 
     def snapshot(self, now_s: float) -> messages.RoomState:
         """Return the state of the room for everybody."""
-        return self._page_messages.room(
-            self._viewers,
-            self._control.robot_state,
-            self._control.latched,
-            now_s,
-            first_axes=self._control.first_axes,
-            controls=self._control.control_values,
-        )
+        return self._page_messages.room(now_s)
 
     def _send_console(self) -> None:
         """Send the hosts what only they see."""
