@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 from tests.firmware.core import ROOT, power
 from tests.firmware.sketch import IS_WANTED, NO_SERVOS, changed
+from tests.robot.board_process import BoardProcess
 
 from wax.clock import SystemClock
 from wax.config.robot import RobotSettings
@@ -44,8 +44,10 @@ def elf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "built" / "wax.elf"
 
 
-class Uno:
+class Uno(BoardProcess):
     """The emulated board, and the driver at its port."""
+
+    patience_s = 20.0
 
     def __init__(self, elf: Path, folder: Path) -> None:
         built = subprocess.run(
@@ -56,35 +58,13 @@ class Uno:
             check=False,
         )
         assert built.returncode == 0, built.stderr
-        self._log = folder / "log"
-        program = built.stdout.splitlines()[-1]
-        self._process = subprocess.Popen(
-            [program, str(elf), str(folder / "port"), str(self._log)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-        )
-        self.until(lambda: self.all("plug") != [])
-        serial = {"url": str(folder / "port"), "axes": ["pan"], "reopen_s": 0.05}
+        super().__init__([built.stdout.splitlines()[-1], str(elf)], folder)
+        self.wait_until(lambda: self.all("plug") != [])
+        serial = {"url": str(self.port), "axes": ["pan"], "reopen_s": 0.05}
         settings = {"driver": "serial", "serial": serial | {"ticks_per_m": 1000.0}}
         self.driver = SerialRobot(RobotSettings.model_validate(settings), SystemClock())
         self.driver.open()
-        self.until(lambda: self.state.connected)
-
-    def end(self) -> None:
-        self.driver.close()
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        assert self._process.wait(5) == 0
-
-    def do(self, command: str) -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.write(f"{command}\n".encode())
-        self._process.stdin.flush()
-
-    def all(self, event: str) -> list[dict[str, Any]]:
-        text = self._log.read_text(encoding="utf-8") if self._log.exists() else ""
-        found = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
-        return [one for one in found if one["event"] == event]
+        self.wait_until(lambda: self.state.connected)
 
     @property
     def state(self) -> RobotState:
@@ -92,14 +72,7 @@ class Uno:
 
     @property
     def motors(self) -> tuple[int, int]:
-        turned = self.all("motors")
-        return (turned[-1]["left"], turned[-1]["right"]) if turned else (0, 0)
-
-    def until(self, so: Callable[[], bool]) -> None:
-        end_s = time.monotonic() + 20.0
-        while not so():
-            assert time.monotonic() < end_s, "never"
-            time.sleep(0.01)
+        return self.newest("motors")
 
     def drive(self, twist: Twist, until: Callable[[], bool], turn: int = 1) -> None:
         """Stand, then go until it is so; after a lost connection stand again, as people must."""
@@ -111,7 +84,7 @@ class Uno:
             self.driver.apply(twist if epoch == before else STANDSTILL, turn)
             return until()
 
-        self.until(so)
+        self.wait_until(so)
 
 
 @pytest.fixture
@@ -137,8 +110,8 @@ def test_the_motors_get_what_the_server_says(
     uno.drive(twist, lambda: uno.motors == motors)
     uno.drive(twist, lambda: uno.state.moving is True)
     uno.driver.stop(1)
-    uno.until(lambda: uno.motors == (0, 0))
-    uno.until(lambda: uno.state.moving is False)
+    uno.wait_until(lambda: uno.motors == (0, 0))
+    uno.wait_until(lambda: uno.state.moving is False)
 
 
 def test_a_servo_gets_its_pulses(uno: Uno) -> None:
@@ -152,19 +125,19 @@ def test_a_servo_gets_its_pulses(uno: Uno) -> None:
     assert {pulse["us"] for pulse in pulses} <= set(range(1750 - SERVO_ERROR_US, 1766))
     assert all(19_500 < pulse["apart_us"] < 20_500 for pulse in pulses[1:])
     uno.driver.set_axis("pan", -1.0, 1)
-    uno.until(lambda: abs(uno.all("pulse")[-1]["us"] - 1000) <= SERVO_ERROR_US)
+    uno.wait_until(lambda: abs(uno.all("pulse")[-1]["us"] - 1000) <= SERVO_ERROR_US)
     widths = [pulse["us"] for pulse in uno.all("pulse")[len(pulses) :]]
     assert max(widths) - min(widths) > 500, "it went there in one step"
 
 
 def test_what_it_feels_is_told(uno: Uno) -> None:
     """Ticks at the promised rate, none lost; the battery's voltage; where it is by its wheels."""
-    uno.do("battery 2500")
-    uno.do(f"turn 5000 -3000 {TICKS_PER_S}")
-    uno.until(lambda: uno.state.extra["left_ticks"] == 5000.0)
+    uno.write("battery 2500")
+    uno.write(f"turn 5000 -3000 {TICKS_PER_S}")
+    uno.wait_until(lambda: uno.state.extra["left_ticks"] == 5000.0)
     time.sleep(0.2)
     assert (uno.state.extra["left_ticks"], uno.state.extra["right_ticks"]) == (5000.0, -3000.0)
-    uno.until(lambda: abs((uno.state.battery_v or 0.0) - 7.5) < 0.05)
+    uno.wait_until(lambda: abs((uno.state.battery_v or 0.0) - 7.5) < 0.05)
     assert uno.state.pose is not None
     assert abs(uno.state.pose.heading_rad) <= 3.15
 
@@ -172,21 +145,21 @@ def test_what_it_feels_is_told(uno: Uno) -> None:
 def test_a_pressed_bumper_stops_it(uno: Uno) -> None:
     """The front one, on pin 12, holds it where it is, but lets it go back."""
     uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
-    uno.do("press 4")
+    uno.write("press 4")
     uno.drive(AHEAD, lambda: uno.motors == (0, 0) and uno.state.bumpers == 1)
     uno.drive(Twist(-0.4, 0.0), lambda: uno.motors == (-HALF, -HALF))
-    uno.do("release 4")
+    uno.write("release 4")
     uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
 
 
 def test_a_pulled_cable_stops_it(uno: Uno) -> None:
     """By its own clock; put back it stands until it is driven anew."""
     uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
-    uno.do("unplug")
-    uno.until(lambda: uno.motors == (0, 0))
+    uno.write("unplug")
+    uno.wait_until(lambda: uno.motors == (0, 0))
     turned = len(uno.all("motors"))
-    uno.do("plug")
-    uno.until(lambda: uno.state.connected and uno.state.epoch > 1)
+    uno.write("plug")
+    uno.wait_until(lambda: uno.state.connected and uno.state.epoch > 1)
     for _ in range(30):
         uno.driver.apply(AHEAD, 1)
         time.sleep(0.01)
@@ -198,12 +171,12 @@ def test_a_program_that_hangs_is_restarted(uno: Uno) -> None:
     """By the chip's watchdog, with the motors off; and it stands until it is driven anew."""
     uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
     epoch = uno.state.epoch
-    uno.do("hang")
+    uno.write("hang")
     uno.drive(AHEAD, lambda: uno.all("restart") != [])
     assert uno.all("restart")[0]["after_ms"] <= WATCHDOG_MOST_MS
-    uno.until(lambda: uno.motors == (0, 0))
+    uno.wait_until(lambda: uno.motors == (0, 0))
     turned = len(uno.all("motors"))
-    uno.until(lambda: uno.state.connected and uno.state.epoch > epoch)
+    uno.wait_until(lambda: uno.state.connected and uno.state.epoch > epoch)
     for _ in range(30):
         uno.driver.apply(AHEAD, 1)
         time.sleep(0.01)

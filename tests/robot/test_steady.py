@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING, ClassVar
 
 import pytest
-from tests.testing.robots import Robot
+from tests.testing.robots import InMemory, Robot
 from tests.until import until
 
 from wax.clock import SystemClock
@@ -15,10 +15,9 @@ from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot import steady
 from wax.robot.steady import Reading, SteadyRobot
-from wax.testing import DriverSafety
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from wax.clock import Clock
     from wax.driver.interface import Driver
@@ -66,7 +65,7 @@ class Answering(Mine):
 
 
 @pytest.mark.system
-class TestSteady(DriverSafety):
+class TestSteady(InMemory):
     made: ClassVar[type[Mine]] = Mine
 
     @pytest.fixture(autouse=True)
@@ -76,15 +75,6 @@ class TestSteady(DriverSafety):
 
     def make_driver(self, clock: Clock) -> Driver:
         return self.made(self.robot, clock)
-
-    def commanded(self) -> Sequence[Twist]:
-        return self.robot.take()
-
-    def cut(self) -> None:
-        self.robot.is_cut = True
-
-    def mend(self) -> None:
-        self.robot.is_cut = False
 
 
 @pytest.mark.full

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from tests.robot.board_process import BoardProcess
 
 from wax.clock import SystemClock
 from wax.config import settings as config
@@ -29,50 +28,32 @@ FILES = {"bridge": "ros-arduino-bridge.toml", "roboteq": "roboteq.toml", "mute":
 AHEAD = Twist(0.3, 0.0)
 
 
-class Sketch:
+class Sketch(BoardProcess):
     """A board of this kind, and a driver at its port with the example's settings."""
 
     def __init__(self, kind: str, folder: Path, **text: Any) -> None:
-        self._log = folder / "log"
-        program = [sys.executable, str(Path(__file__).with_name("sketch.py")), kind]
-        self._process = subprocess.Popen(
-            [*program, str(folder / "port"), str(self._log)], stdin=subprocess.PIPE
-        )
-        self._until(lambda: self.all("plugged") != [], "it is plugged in")
+        super().__init__([sys.executable, str(Path(__file__).with_name("sketch.py")), kind], folder)
+        self.wait_until(lambda: self.all("plugged") != [], "it is plugged in")
         robot = config.load(CONFIG / FILES[kind]).robot.model_dump()
         # The longest time-to-live, so that a busy machine does not count as silence.
-        robot["serial"] |= {"url": str(folder / "port"), "reopen_s": 0.05, "ttl_ms": 1000}
+        robot["serial"] |= {"url": str(self.port), "reopen_s": 0.05, "ttl_ms": 1000}
         robot["serial"]["text"] |= text
         self.settings = RobotSettings.model_validate(robot)
         self.driver = SerialRobot(self.settings, SystemClock())
 
-    def end(self) -> None:
-        self.driver.close()
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        assert self._process.wait(5) == 0
-
     def do(self, command: str) -> float:
         """Send the board's process a command; return when it was done."""
         before = len(self.all(command))
-        assert self._process.stdin is not None
-        self._process.stdin.write(f"{command}\n".encode())
-        self._process.stdin.flush()
-        self._until(lambda: len(self.all(command)) > before, command)
+        self.write(command)
+        self.wait_until(lambda: len(self.all(command)) > before, command)
         return float(self.all(command)[-1]["t_s"])
-
-    def all(self, event: str, since_s: float = 0.0) -> list[dict[str, Any]]:
-        text = self._log.read_text(encoding="utf-8") if self._log.exists() else ""
-        found = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
-        return [one for one in found if one["event"] == event and one["t_s"] >= since_s]
 
     @property
     def wheels(self) -> tuple[int, int]:
-        turned = self.all("wheels")
-        return (turned[-1]["left"], turned[-1]["right"]) if turned else (0, 0)
+        return self.newest("wheels")
 
     def until(self, so: Callable[[RobotState], bool]) -> RobotState:
-        self._until(lambda: so(self.driver.state()), "the state is so")
+        self.wait_until(lambda: so(self.driver.state()), "the state is so")
         return self.driver.state()
 
     def drive(self, twist: Twist = AHEAD, turn: int = 1) -> None:
@@ -86,13 +67,7 @@ class Sketch:
             self.driver.apply(twist, turn)
             return until()
 
-        self._until(so, "it is so while driven")
-
-    def _until(self, so: Callable[[], bool], what: str) -> None:
-        end_s = time.monotonic() + 10.0
-        while not so():
-            assert time.monotonic() < end_s, f"never: {what}; {self._log.read_text()[-2000:]}"
-            time.sleep(0.01)
+        self.wait_until(so, "it is so while driven")
 
 
 @pytest.fixture(params=["bridge", "roboteq"])
@@ -136,7 +111,7 @@ def test_a_pulled_cable_stops_it_in_its_own_time(sketch: Sketch) -> None:
     sketch.drive()
     epoch = sketch.driver.state().epoch
     out_s = sketch.do("unplug")
-    sketch._until(lambda: sketch.wheels == (0, 0), "its watchdog has stopped it")
+    sketch.wait_until(lambda: sketch.wheels == (0, 0), "its watchdog has stopped it")
     turned = sketch.all("wheels", out_s)
     assert turned[-1]["why"] in ("auto stop", "watchdog")
     assert turned[-1]["after_s"] <= sketch.settings.serial.text.ttl_ms / 1000.0
@@ -175,7 +150,7 @@ def test_the_last_line_is_a_stop(sketch: Sketch) -> None:
     """After closing in motion the wheels stop at once, by command."""
     sketch.drive()
     sketch.driver.close()
-    sketch._until(lambda: sketch.wheels == (0, 0), "it stands")
+    sketch.wait_until(lambda: sketch.wheels == (0, 0), "it stands")
     assert sketch.all("wheels")[-1]["why"] in ("told", "emergency stop")
 
 
@@ -185,7 +160,7 @@ def test_the_controller_is_set_before_it_is_driven(tmp_path: Path) -> None:
     sketch.driver.open()
     sketch.drive()
     sketch.driver.close()
-    sketch._until(lambda: sketch.all("command")[-1]["line"] == "!EX", "the last line has come")
+    sketch.wait_until(lambda: sketch.all("command")[-1]["line"] == "!EX", "the last line has come")
     sketch.end()
     lines = [one["line"] for one in sketch.all("command")]
     motions = [n for n, line in enumerate(lines) if line[:3] == "!M " and line != "!M 0 0"]

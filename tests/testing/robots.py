@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from wax.driver.interface import STANDSTILL, Limits, RobotState
 from wax.robot.line.setpoints import SetPoints
+from wax.testing import DriverSafety
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.clock import Clock
     from wax.driver.interface import Twist
 
@@ -40,6 +43,21 @@ class Robot:
         with self._lock:
             told, self._told = self._told, []
             return told
+
+
+class InMemory(DriverSafety):
+    """The suite, of a driver of the `robot`."""
+
+    robot: Robot
+
+    def commanded(self) -> Sequence[Twist]:
+        return self.robot.take()
+
+    def cut(self) -> None:
+        self.robot.is_cut = True
+
+    def mend(self) -> None:
+        self.robot.is_cut = False
 
 
 class Right:

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 from tests.testing import robots
-from tests.testing.robots import Right, Robot
+from tests.testing.robots import InMemory, Right, Robot
 
 from wax.clock import SystemClock
 from wax.testing import DriverSafety
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from wax.clock import Clock
-    from wax.driver.interface import Driver, Twist
+    from wax.driver.interface import Driver
 
 pytestmark = pytest.mark.system
 
@@ -62,7 +60,7 @@ WRONG: Final[tuple[tuple[type[Right], str, str], ...]] = (
 )
 
 
-class Suite(DriverSafety):
+class Suite(InMemory):
     @pytest.fixture(autouse=True)
     def _robot(self) -> None:
         self.begin()
@@ -72,15 +70,6 @@ class Suite(DriverSafety):
 
     def make_driver(self, clock: Clock) -> Driver:
         return Right(self.robot, clock)
-
-    def commanded(self) -> Sequence[Twist]:
-        return self.robot.take()
-
-    def cut(self) -> None:
-        self.robot.is_cut = True
-
-    def mend(self) -> None:
-        self.robot.is_cut = False
 
 
 @pytest.mark.full

@@ -59,7 +59,25 @@ class Told:
     others: float
 
 
-class Base:
+class CommandLog:
+    """The commands that a robot has received, in a thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._told: list[Told] = []
+
+    def told(self) -> list[Told]:
+        """Return the commands so far."""
+        with self._lock:
+            return list(self._told)
+
+    def forget(self) -> list[Told]:
+        with self._lock:
+            told, self._told = self._told, []
+            return told
+
+
+class Base(CommandLog):
     """A base that takes commands, by CycloneDDS or Fast DDS; it can restart."""
 
     def __init__(
@@ -77,8 +95,7 @@ class Base:
         self._command = [*program, str(domain), topic, kind, reliability]
         self._is_fast = fast
         self._process: subprocess.Popen[str] | None = None
-        self._lock = threading.Lock()
-        self._told: list[Told] = []
+        super().__init__()
         self._lines: list[str] = []
 
     def start(self) -> Base:
@@ -117,16 +134,6 @@ class Base:
             self._write(f"parameter {node} {name} {value}")
         else:
             self.say("parameter", node, name, value)
-
-    def told(self) -> list[Told]:
-        """Return the commands so far."""
-        with self._lock:
-            return list(self._told)
-
-    def forget(self) -> list[Told]:
-        with self._lock:
-            told, self._told = self._told, []
-            return told
 
     def until(self, enough: Callable[[], object], within_s: float = 5.0) -> None:
         end_s = time.monotonic() + within_s

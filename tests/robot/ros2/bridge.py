@@ -15,14 +15,14 @@ from typing import Any
 
 from aiohttp import WSMsgType, web
 from tests.free_port import free_port
-from tests.robot.ros2.base import Told
+from tests.robot.ros2.base import CommandLog, Told
 
 from wax.driver.interface import Twist
 
 NODE = "/rosbridge_websocket"
 
 
-class Bridge:
+class Bridge(CommandLog):
     """A server that restarts on the same port; `publishers` are the graph's.
 
     `driving` is the connection that has last sent motion, `asked` the path and the credentials of
@@ -40,8 +40,7 @@ class Bridge:
         self.port = free_port()
         self.heard: list[dict[str, Any]] = []
         self.asked: tuple[str, str | None] = "", None
-        self._lock = threading.Lock()
-        self._told: list[Told] = []
+        super().__init__()
         self.lines: set[web.WebSocketResponse] = set()
         self.driving: web.WebSocketResponse | None = None
         self._topics: set[str] = set()
@@ -73,15 +72,6 @@ class Bridge:
         """Stop reading, or resume."""
         change = self._hears.clear if deaf else self._hears.set
         self._loop.call_soon_threadsafe(change)
-
-    def told(self) -> list[Told]:
-        with self._lock:
-            return list(self._told)
-
-    def forget(self) -> list[Told]:
-        with self._lock:
-            told, self._told = self._told, []
-            return told
 
     def say(self, topic: str, message: object) -> None:
         """Publish to the subscribers."""
