@@ -70,12 +70,12 @@ class AudioMaster:
     ) -> PlayoutTargets:
         self.state.update(report, now_s, estimate, allocation)
         now_s = self.state.now_s
-        if self.state.fail_safe.reason is not None:
+        if self.state.delivery_first.reason is not None:
             self._hold.restart(0.0, now_s)
             return PlayoutTargets(
                 sound_ms=self.state.sound.target_ms,
                 picture_ms=0.0,
-                reason=Sentence("sync.apart", {"why": self.state.fail_safe.reason}),
+                reason=Sentence("sync.apart", {"why": self.state.delivery_first.reason}),
                 in_step=False,
             )
         if report.picture is not None:

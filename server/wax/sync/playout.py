@@ -39,8 +39,8 @@ class PlayoutReport:
 class PlayoutTargets:
     """The minimum delay of each jitter buffer, in ms; None leaves it to the browser.
 
-    `reason` explains them to people. `in_step` is False in fail-safe mode: the link cannot carry
-    both streams, and each plays as soon as it can.
+    `reason` explains them to people. `in_step` is False while delivery comes first: the link cannot
+    carry both streams, and each plays as soon as it can.
     """
 
     sound_ms: float | None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from wax.sync.fail_safe import FailSafe, insufficient
+from wax.sync.delivery_first import DeliveryFirst, insufficient
 from wax.sync.playout import StreamPlayout
 from wax.sync.sound_delay import SoundDelay
 
@@ -24,7 +24,7 @@ class PlayoutState:
 
     def __init__(self) -> None:
         self.sound = SoundDelay(None)
-        self.fail_safe = FailSafe()
+        self.delivery_first = DeliveryFirst()
         self.now_s = float("-inf")
 
     def configure(self, settings: SyncSettings) -> None:
@@ -56,19 +56,19 @@ class PlayoutState:
             lost=0.0 if estimate is None else estimate.lost,
             burst=0 if estimate is None else estimate.burst,
             is_congested=estimate is not None and estimate.state == "congested",
-            learns=not self.fail_safe.is_active and not heard.is_built_in,
+            learns=not self.delivery_first.is_active and not heard.is_built_in,
         )
         if heard.is_built_in:
             self.sound.restart()  # that player sets its own delay
         if report.sound is None or report.picture is None:
-            self.fail_safe.leave()
+            self.delivery_first.leave()
             return
-        self.fail_safe.update(self._trouble(estimate, allocation), self.now_s)
-        if self.fail_safe.is_active and self.sound.is_useless:
+        self.delivery_first.update(self._trouble(estimate, allocation), self.now_s)
+        if self.delivery_first.is_active and self.sound.is_useless:
             self.sound.restart()
 
     def _trouble(
         self, estimate: LinkEstimate | None, allocation: Allocation | None
     ) -> Sentence | None:
-        still = self.fail_safe.reason if self.sound.is_breaking else None
+        still = self.delivery_first.reason if self.sound.is_breaking else None
         return insufficient(estimate, allocation, self.sound) or still

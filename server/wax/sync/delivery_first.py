@@ -1,8 +1,8 @@
-"""Fail-safe mode of the live policies: delivery first, synchronisation second (thesis 3.3, 3.5).
+"""When the live policies deliver first and synchronise second: the thesis's fail-safe mode.
 
-The thesis enters it when a picture takes as long as an audio media unit (3.4), when too few
-pictures get through, or when the sound is too late. Here the link's estimate, the ladder and the
-sound's delay are the equivalent signals.
+The thesis (3.3, 3.5) enters it when a picture takes as long as an audio media unit (3.4), when too
+few pictures get through, or when the sound is too late. Here the link's estimate, the ladder and
+the sound's delay are the equivalent signals.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def insufficient(
     return None
 
 
-class FailSafe:
-    """Enters fail-safe mode after 1 s with a reason, and leaves it after 4 s without one."""
+class DeliveryFirst:
+    """Becomes active after 1 s with a reason, and inactive after 4 s without one."""
 
     def __init__(self) -> None:
         self._trouble_since_s: float | None = None
@@ -61,5 +61,5 @@ class FailSafe:
             self.reason = trouble
 
     def leave(self) -> None:
-        """Leave fail-safe mode regardless of the link, as when only one stream is wanted."""
+        """Become inactive regardless of the link, as when only one stream is wanted."""
         self.reason = self._trouble_since_s = self._peace_since_s = None

@@ -1,4 +1,4 @@
-"""Fail-safe mode of the live policies: delivery first, and no flapping."""
+"""On a link that cannot carry both, the live policies deliver first, and do not flap."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from wax.config.sync import SyncSettings
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.control import LinkEstimate, LinkState
 from wax.sentence import says
-from wax.sync.fail_safe import FailSafe
+from wax.sync.delivery_first import DeliveryFirst
 from wax.sync.playout import PlayoutReport, PlayoutTargets, StreamPlayout
 from wax.sync.policies import PlayoutPolicy, make_policy
 
@@ -72,14 +72,14 @@ def test_a_congested_link_plays_both_as_soon_as_possible() -> None:
     assert (viewer.watch(1.0).picture_ms or 0) > 0
 
 
-def test_a_link_that_no_picture_fits_is_fail_safe() -> None:
-    """While no step of the ladder fits, a viewer who wants a picture is in fail-safe mode."""
+def test_a_link_that_no_picture_fits_puts_delivery_first() -> None:
+    """While no step of the ladder fits, delivery comes first for a viewer who wants a picture."""
     viewer = Viewer()
     assert not viewer.watch(2.0, step=None).in_step
     assert "no picture fits" in str(viewer.watch(1.0, step=None).reason)
 
 
-def test_sound_that_breaks_however_long_it_waits_is_fail_safe() -> None:
+def test_sound_that_breaks_however_long_it_waits_puts_delivery_first() -> None:
     """A longest delay that is no use is dropped until the sound is whole for a while."""
     viewer = Viewer()
     targets = viewer.watch(30.0, conceals_ms=200.0)
@@ -89,7 +89,7 @@ def test_sound_that_breaks_however_long_it_waits_is_fail_safe() -> None:
 
 
 def test_who_wants_one_stream_has_nothing_to_synchronise() -> None:
-    """With the picture off there is no fail-safe mode (thesis 3.3)."""
+    """With the picture off, sound and picture are never out of step (thesis 3.3)."""
     viewer = Viewer()
     viewer.watch(2.0, state="congested")
     assert viewer.watch(0.25, state="congested", picture=False).in_step
@@ -105,8 +105,8 @@ def test_video_first_holds_nothing_back_but_finds_the_sounds_delay() -> None:
 
 @given(st.lists(st.booleans(), max_size=200))
 def test_it_is_entered_and_left_with_hysteresis(troubles: list[bool]) -> None:
-    """It is entered only after a second with a constant reason, and left after four without one."""
-    mode = FailSafe()
+    """It begins only after a second with a constant reason, and ends after four without one."""
+    mode = DeliveryFirst()
     active = []
     for tick, trouble in enumerate(troubles):
         mode.update(says("trouble") if trouble else None, tick / 4)
