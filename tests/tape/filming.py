@@ -23,7 +23,7 @@ from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
     from wax.encode.encoded import EncodedSound
-    from wax.tape.media_file import Codec
+    from wax.tape.tape_file import Codec
 
 _Item = TypeVar("_Item", "EncodedPicture", "EncodedSound")
 

@@ -12,8 +12,8 @@ from tests.tape.packets import SIZE, pictures
 
 from wax.errors import StateError
 from wax.tape.boxes import is_believable
-from wax.tape.media_file import TapeFile
 from wax.tape.repaired import facts_of, repaired
+from wax.tape.tape_file import TapeFile
 
 if TYPE_CHECKING:
     from pathlib import Path

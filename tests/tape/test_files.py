@@ -29,16 +29,16 @@ from wax.protocol.tape_events import EVENTS, FORMAT, Missed, Named, Stopped, Tur
 from wax.tape import event_file, reading
 from wax.tape import repaired as repaired_module
 from wax.tape.event_file import METADATA, ORIGIN, VERSION, EventFile
-from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of, repaired
+from wax.tape.tape_file import ENDINGS, TapeFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
     from wax.encode.encoded import EncodedSound
-    from wax.tape.media_file import Codec
+    from wax.tape.tape_file import Codec
 
 ORIGIN_S: Final = 5000.0
 ZERO_NS: Final = 1_795_000_000_000_000_000

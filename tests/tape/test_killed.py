@@ -22,7 +22,7 @@ from wax.tape.repaired import repaired
 from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
-    from wax.tape.media_file import Codec
+    from wax.tape.tape_file import Codec
 
 ROOT: Final = Path(__file__).parents[2]
 LOST_S: Final = 1.0

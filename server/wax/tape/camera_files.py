@@ -10,15 +10,15 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.shelf import camera_ending
+from wax.tape.tape_file import ENDINGS, TapeFile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.encode.encoded import EncodedPicture
-    from wax.tape.media_file import Codec
     from wax.tape.shelf import Shelf
+    from wax.tape.tape_file import Codec
 
 
 @dataclass(frozen=True, slots=True)

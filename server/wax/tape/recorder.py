@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from wax.config.recording import RecordingSettings
     from wax.protocol.tape_events import TapeEvent
     from wax.tape.camera_files import CameraFormat
-    from wax.tape.media_file import Codec
     from wax.tape.retention import Keeper
     from wax.tape.segment_plan import Kind
     from wax.tape.shelf import Shelf
+    from wax.tape.tape_file import Codec
 
 _LOG = structlog.get_logger(__name__)
 

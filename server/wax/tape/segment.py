@@ -14,8 +14,8 @@ from wax import state_dir
 from wax.protocol.tape_events import Filmed
 from wax.tape.camera_files import CameraFiles
 from wax.tape.event_file import EventFile
-from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.shelf import EVENTS
+from wax.tape.tape_file import ENDINGS, TapeFile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from wax.encode.encoded import EncodedPicture, EncodedSound
     from wax.protocol.tape_events import TapeEvent
     from wax.tape.camera_files import CameraFormat
-    from wax.tape.media_file import Codec
     from wax.tape.shelf import Shelf
+    from wax.tape.tape_file import Codec
 
 WRITE_ERRORS: Final = (OSError, av.FFmpegError)
 """The errors of a file that cannot be written."""

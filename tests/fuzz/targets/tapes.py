@@ -23,12 +23,12 @@ from tests.tape.packets import SIZE, pictures, sounds
 from wax.errors import StateError
 from wax.protocol.tape_events import FORMAT, Filmed, Missed, Named, Stopped, TapeContent, Turned
 from wax.tape.event_file import METADATA, ORIGIN, VERSION, EventFile
-from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of, repaired
+from wax.tape.tape_file import ENDINGS, TapeFile
 
 if TYPE_CHECKING:
-    from wax.tape.media_file import Codec
+    from wax.tape.tape_file import Codec
 
 _BEGIN_S: Final = 1000.0
 _SECONDS: Final = 0.2
