@@ -20,8 +20,8 @@ from wax.client.transport_feedback import (
     TransportFeedback,
     interval_s,
 )
-from wax.rtc.feedback import parse
 from wax.rtc.rtcp import read
+from wax.rtc.twcc_feedback import parse
 
 ANSWER = f"""v=0
 m=audio 9 UDP/TLS/RTP/SAVPF 96

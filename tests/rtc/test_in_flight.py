@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.rtc.browser_feedback import feedback_packet
 
-from wax.rtc.feedback import PERIOD_S, TICK_S, Feedback, parse
 from wax.rtc.in_flight import InFlight
+from wax.rtc.twcc_feedback import PERIOD_S, TICK_S, Feedback, parse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """Writes transport-wide feedback as Chromium does: the arrival of each packet (pure).
 
-draft-holmer-rmcat-transport-wide-cc-extensions-01, 3.1. `wax.rtc.feedback` parses it.
+draft-holmer-rmcat-transport-wide-cc-extensions-01, 3.1. `wax.rtc.twcc_feedback` parses it.
 """
 
 from __future__ import annotations

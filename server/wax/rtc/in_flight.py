@@ -6,10 +6,10 @@ from bisect import bisect_left
 from typing import TYPE_CHECKING, Final, Literal
 
 from wax.congestion.control import Delivery
-from wax.rtc.feedback import PERIOD_S
+from wax.rtc.twcc_feedback import PERIOD_S
 
 if TYPE_CHECKING:
-    from wax.rtc.feedback import Feedback
+    from wax.rtc.twcc_feedback import Feedback
 
 FORGOTTEN_S: Final = 5.0
 """A packet without feedback for this long is forgotten."""

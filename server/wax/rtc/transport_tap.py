@@ -9,7 +9,7 @@ import structlog
 
 from wax.congestion.wire_cost import UDP_IP_BYTES
 from wax.errors import ProtocolError
-from wax.rtc import feedback, private, rtcp
+from wax.rtc import private, rtcp, twcc_feedback
 from wax.rtc.in_flight import MOST_DELIVERIES, InFlight
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ class TransportTap:
         left = MOST_DELIVERIES
         for one in found:
             try:
-                deliveries = self._transmissions.reported(feedback.parse(one), now_s)[-left:]
+                deliveries = self._transmissions.reported(twcc_feedback.parse(one), now_s)[-left:]
             except ProtocolError as error:
                 _LOG.debug("feedback refused", error=str(error))
                 self._on_refused()

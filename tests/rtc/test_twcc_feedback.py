@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.rtc.browser_feedback import feedback_packet
 
 from wax.errors import ProtocolError
-from wax.rtc.feedback import PERIOD_S, TICK_S, Feedback, parse
+from wax.rtc.twcc_feedback import PERIOD_S, TICK_S, Feedback, parse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
