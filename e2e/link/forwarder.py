@@ -1,9 +1,9 @@
-"""The process that is the link: holds both namespaces and moves packets between their TUN devices.
+"""The process that is the link: holds both namespaces, moves packets between their TUN devices.
 
 ``python -m e2e.link.forwarder`` reads the profile as one line of JSON, answers with one line
-(`Hello`), and then answers each line ``statistics`` or ``start_changes`` with one.
-When its standard input ends, whoever had it has ended: it ends everything in the namespaces and
-itself, and with it they and the devices are gone.
+(`Hello`), and then answers each line ``statistics`` or ``start_changes`` with one. Its standard
+input ends when its owner has ended. Then it ends everything in the namespaces, and itself; the
+namespaces and devices disappear with it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _BATCH: Final = 32
 _READ_BYTES: Final = 2048
-"""More than the MTU; a packet is read whole or its end is gone."""
+"""More than the MTU; a packet is read whole, or its end is lost."""
 _USER_NAMESPACE: Final = "/proc/self/ns/user"
 
 
@@ -48,7 +48,7 @@ class Way:
         self._sink = sink
 
     def take(self) -> None:
-        """Read what waits. Each packet is stamped by itself: a batch may take a millisecond."""
+        """Read the waiting packets. Each has its own time stamp: a batch may take a millisecond."""
         with suppress(BlockingIOError):
             for _ in range(_BATCH):
                 self.direction.arrive(os.read(self.source, _READ_BYTES), time.monotonic())
@@ -84,7 +84,7 @@ class Forwarder:
             self._up.deliver()
 
     def _obey(self, control: int, answer: Callable[[Any], None]) -> bool:
-        """Answer the lines that have come; False at the end."""
+        """Answer the lines that have arrived; return False at the end."""
         piece = os.read(control, 4096)
         *lines, self._asked = (self._asked + piece).split(b"\n")
         for line in lines:
@@ -110,7 +110,7 @@ class Forwarder:
 
 def main() -> int:
     control = sys.stdin.fileno()
-    # Unbuffered, because the lines after the first are read when `select` tells of them.
+    # Unbuffered, because the lines after the first are read when `select` announces them.
     with open(control, "rb", buffering=0, closefd=False) as lines:
         profile = Profile.model_validate_json(lines.readline())
     user = Path(_USER_NAMESPACE).readlink()
@@ -128,7 +128,7 @@ def main() -> int:
         real_time=real_time,
     )
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    gc.disable()  # nothing here makes cycles, and a collection would be late packets
+    gc.disable()  # nothing here makes cycles, and a collection would delay packets
     try:
         networks = {"server": server, "browser": browser}
         _answer(asdict(Hello(networks, Path(_USER_NAMESPACE).readlink() != user, start_s)))
@@ -152,7 +152,7 @@ def _answer(value: Any) -> None:
 
 
 def be_first() -> bool:
-    """Run this process in real time where that is allowed, which is as root; say whether it is."""
+    """Run this process in real time where that is allowed, as to root; return whether it does."""
     try:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     except PermissionError:

@@ -1,4 +1,4 @@
-"""What runs in our namespaces, found by the namespace and not by name, and its end."""
+"""Finds what runs in our namespaces, by the namespace and not by name, and ends it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 MARK: Final = "WAX_LAB_LINK"
-"""In the environment of each process of a link: who made the link, as `owner` writes it."""
+"""Set in the environment of each process of a link: the link's owner, as `owner` writes it."""
 
 _ASK_FOR_S: Final = 1.0
 _FORCE_FOR_S: Final = 3.0
@@ -26,20 +26,20 @@ Namespace = tuple[int, int]
 
 
 def owner() -> str:
-    """Return what names this process for ever: its id, and when it started."""
+    """Return what identifies this process for ever: its id, and when it started."""
     return f"{os.getpid()}:{_started(os.getpid())}"
 
 
 def namespace_of(file: int | str) -> Namespace:
-    """Return that of a descriptor, or of a path; raises `OSError`."""
+    """Return the namespace of a descriptor or of a path; raises `OSError`."""
     found = os.stat(file)  # noqa: PTH116  # no Path is a descriptor
     return found.st_dev, found.st_ino
 
 
 def end_all(namespaces: set[Namespace], *, but: int | None = None) -> None:
-    """End every process in these network namespaces, asking first; blocks up to 4 s.
+    """End every process in these network namespaces, gently first; blocks up to 4 s.
 
-    The namespaces must be held open, so that no other gets their number meanwhile.
+    The namespaces must be held open, so that no other namespace gets their number meanwhile.
     """
     for how, for_s in ((signal.SIGTERM, _ASK_FOR_S), (signal.SIGKILL, _FORCE_FOR_S)):
         asked: set[int] = set()
@@ -56,7 +56,7 @@ def end_all(namespaces: set[Namespace], *, but: int | None = None) -> None:
 
 
 def end_stale() -> None:
-    """End what links left behind whose makers were killed; their namespaces go with it."""
+    """End the leftovers of links whose owners were killed; their namespaces disappear with them."""
     own = _network(os.getpid())
     stale: set[Namespace] = set()
     held: list[int] = []
@@ -68,7 +68,7 @@ def end_stale() -> None:
             try:
                 held.append(os.open(f"/proc/{pid}/ns/net", os.O_RDONLY | os.O_CLOEXEC))
             except OSError:
-                continue  # it ended while we looked; the others have not
+                continue  # it ended meanwhile; the others have not
             if namespace_of(held[-1]) == namespace:
                 stale.add(namespace)
         if stale:
@@ -79,7 +79,7 @@ def end_stale() -> None:
 
 
 def _networks() -> Iterator[tuple[int, Namespace]]:
-    """Give each process that we may look at; those that are ending have no namespace."""
+    """Yield each process that we may inspect; those that are ending have no namespace."""
     for pid in psutil.pids():
         if (namespace := _network(pid)) is not None:
             yield pid, namespace

@@ -30,7 +30,7 @@ _ADDRESSES: Final = {"server": namespace.SERVER_ADDRESS, "browser": namespace.BR
 class End:
     """One end of the link: a network namespace with `lo` and one address towards the other end.
 
-    No name server answers there, so a program that asks one waits for its time-out.
+    No name server answers there, so a program that asks for a name waits for its timeout.
     """
 
     def __init__(self, address: str, network: int, user: int | None) -> None:
@@ -39,13 +39,13 @@ class End:
         self._user = user
         self._spawned: list[Process] = []
         self.names: Path | None = None
-        """What stands in for `/etc/hosts` here."""
+        """Replaces `/etc/hosts` here."""
 
     def command(self, arguments: Sequence[str]) -> list[str]:
         """Return the command line that runs another one at this end, as the same process.
 
-        As long as the link stands, anyone may start it. Its user is who made the link; where
-        that is not root, it looks like root to itself (Chromium then wants ``--no-sandbox``).
+        While the link exists, anyone may start it. It runs as the user who made the link; if that
+        is not root, the program sees itself as root (Chromium then needs ``--no-sandbox``).
         """
         held = f"/proc/{os.getpid()}/fd"
         enter = [f"--net={held}/{self._network}"]
@@ -60,7 +60,7 @@ class End:
     async def spawn(self, arguments: Sequence[str], **options: Any) -> Process:
         """Start a program at this end; `options` are those of `asyncio` for a subprocess.
 
-        What still runs when the link is left is ended with all its children.
+        If it still runs when the link is left, it is ended with all its children.
         """
         process = await asyncio.create_subprocess_exec(
             *self.command(arguments), start_new_session=True, **options
@@ -69,25 +69,25 @@ class End:
         return process
 
     async def spawn_python(self, arguments: Sequence[str], **options: Any) -> Process:
-        """Start this Python at this end, in the folder from which our modules are found."""
+        """Start this Python at this end, in the folder from which our modules are imported."""
         return await self.spawn([sys.executable, *arguments], cwd=_ROOT, **options)
 
     def launcher(self, path: Path, program: str) -> Path:
-        """Write a script that is `program` at this end, for those who want one executable."""
+        """Write a script that runs `program` at this end, for callers that need one executable."""
         path.write_text(f'#!/bin/sh\nexec {shlex.join(self.command([program]))} "$@"\n', "utf-8")
         path.chmod(0o755)
         return path
 
     async def reap(self) -> None:
-        """Wait for what was spawned, which has been ended."""
+        """Wait for the spawned processes, which have been ended."""
         await asyncio.gather(*(process.wait() for process in self._spawned))
 
 
 class Held:
-    """Namespaces that we hold too, so that they outlive process `pid`, which has made them.
+    """Namespaces that we hold too, so that they outlive the process `pid`, which made them.
 
-    `line` is what it has said first; `ends` are by name, which is the address where `addresses` has
-    none. Raises `NotRunError` where it could make none.
+    `line` is the first line that it printed; `ends` are by name, which is the address if
+    `addresses` has none. Raises `NotRunError` if it could make no namespaces.
     """
 
     def __init__(self, pid: int, line: bytes, addresses: Mapping[str, str]) -> None:
@@ -106,7 +106,7 @@ class Held:
         }
 
     async def end(self) -> None:
-        """End everything in them, and let them go."""
+        """End everything in them, and release them."""
         networks = {leftovers.namespace_of(held) for held in self._held[: len(self.ends)]}
         await asyncio.to_thread(leftovers.end_all, networks)
         await asyncio.gather(*(end.reap() for end in self.ends.values()))
@@ -115,16 +115,16 @@ class Held:
 
 
 class Link:
-    """``async with Link("lan") as link``: both ends are there inside, and nothing afterwards.
+    """``async with Link("lan") as link``: both ends exist inside, and nothing is left afterwards.
 
-    `profile` is a name, the path of a TOML file, or a `Profile`. On entering raises
-    `ProfileError` or `NotRunError`.
+    `profile` is a name, the path of a TOML file, or a `Profile`. Entering raises `ProfileError` or
+    `NotRunError`.
     """
 
     server: End
     browser: End
     start_s: float
-    """Monotonic time of its start; the stalls are counted from it."""
+    """Monotonic time of the link's start; stalls are counted from it."""
 
     def __init__(self, profile: Profile | str) -> None:
         self.profile = load(profile) if isinstance(profile, str) else profile
@@ -161,17 +161,17 @@ class Link:
         forwarder.stdin.close()
         await ends(forwarder, _END_WITHIN_S)
         if self._held is not None:
-            # For when the forwarder was killed; else nothing is found any more.
+            # If the forwarder was killed; otherwise nothing is found any more.
             await self._held.end()
 
     async def statistics(self) -> Statistics:
-        """Return the counts so far. Raises `LinkError` when the forwarder has ended."""
+        """Return the counts so far; raises `LinkError` if the forwarder has ended."""
         return STATISTICS.validate_json(await self._ask("statistics"))
 
     async def start_changes(self) -> float:
-        """Let the profile's changes, and its traces, begin now; return the monotonic time.
+        """Start the profile's changes and traces now; return the monotonic time.
 
-        Until then the conditions stay as they begin. Raises `LinkError` as `statistics` does.
+        Until then the conditions stay as they begin. Raises `LinkError` if the forwarder has ended.
         """
         return float(await self._ask("start_changes"))
 

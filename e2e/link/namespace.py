@@ -1,7 +1,7 @@
-"""Network namespaces of our own, made by the process that will hold them, and their TUN devices.
+"""Makes anonymous network namespaces, held by the process that makes them, and their TUN devices.
 
-They have no name, so the kernel takes them away with the last process in them: nothing is left
-however that one ends. As root a namespace is made directly, else inside a user namespace.
+Because they have no name, the kernel removes them when the last process in them ends, however it
+ends. As root a namespace is made directly, otherwise inside a user namespace.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ DEVICE: Final = "wax0"
 _CLONE_NEWUSER: Final = 0x10000000
 _CLONE_NEWNET: Final = 0x40000000
 _USUAL_FOLDERS: Final = "/usr/sbin:/sbin:/usr/bin:/bin"
-"""Where ``ip`` is, also for users whose PATH does not say so."""
+"""The folders of ``ip``, for users whose PATH lacks them."""
 
 _TUN: Final = "/dev/net/tun"
-_TUNSETIFF: Final = 0x400454CA  # linux/if_tun.h, as x86 and ARM number it
+_TUNSETIFF: Final = 0x400454CA  # linux/if_tun.h, with x86's and ARM's numbers
 _IFF_TUN: Final = 0x0001
 _IFF_NO_PI: Final = 0x1000
 
 
 def tool(name: str, package: str) -> str:
-    """Return the path of a system command. Raises `NotRunError`: what to install."""
+    """Return the path of a system command; raises `NotRunError`, which says what to install."""
     if not sys.platform.startswith("linux"):
         raise NotRunError("the link needs network namespaces, which only Linux has")
     path = shutil.which(name, path=f"{os.environ.get('PATH', '')}:{_USUAL_FOLDERS}")
@@ -47,7 +47,7 @@ def tool(name: str, package: str) -> str:
 def enter_new_network() -> int:
     """Move this process, which must have one thread, into a new network namespace.
 
-    Return a descriptor of it. Raises `NotRunError` where that is not allowed.
+    Return the namespace's descriptor. Raises `NotRunError` where that is not allowed.
     """
     uid, gid = os.getuid(), os.getgid()
     if not _unshare(_CLONE_NEWNET):
@@ -61,13 +61,13 @@ def enter_new_network() -> int:
 
 
 def configure(device: str, address: str) -> None:
-    """Bring up `lo` and `device` with `address` (as ``10.0.0.1/24``) in this namespace.
+    """Bring up `lo` and `device` with `address` (such as ``10.0.0.1/24``) in this namespace.
 
-    All that is not local goes out by `device`, so that a browser finds a way to the world and
-    offers this address. Raises `NotRunError`.
+    `device` is the default route, because a browser offers only an address that has one. Raises
+    `NotRunError`.
     """
     ip(["link set lo up"])
-    # No IPv6 address, so that nothing but the programs sends packets; without IPv6 it is refused.
+    # No IPv6 address, so that only the programs send packets; fails harmlessly where IPv6 is off.
     with suppress(NotRunError):
         ip([f"link set {device} addrgenmode none"])
     ip(
@@ -80,12 +80,12 @@ def configure(device: str, address: str) -> None:
 
 
 def ip(lines: list[str]) -> None:
-    """Carry out lines of ``ip`` in this namespace; raises `NotRunError`."""
+    """Run lines of ``ip`` in this namespace; raises `NotRunError`."""
     run("ip", "iproute2", ["-batch", "-"], "\n".join(lines))
 
 
 def run(name: str, package: str, arguments: list[str], text: str) -> None:
-    """Give a command its input in this namespace; raises `NotRunError`."""
+    """Run a command in this namespace with `text` as its input; raises `NotRunError`."""
     command = [tool(name, package), *arguments]
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -96,9 +96,10 @@ def run(name: str, package: str, arguments: list[str], text: str) -> None:
 
 
 def open_tun(name: str) -> int:
-    """Make the device `name` in this process's network namespace; it goes when this is closed.
+    """Make the device `name` in this process's network namespace; return its descriptor.
 
-    Return a descriptor that does not block and gives IP packets. Raises `NotRunError`.
+    Reads yield IP packets and do not block; the device disappears when the descriptor is closed.
+    Raises `NotRunError`.
     """
     try:
         descriptor = os.open(_TUN, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -113,7 +114,7 @@ def open_tun(name: str) -> int:
 
 
 def _unshare(flags: int) -> bool:
-    return bool(ctypes.CDLL(None).unshare(flags) == 0)  # os.unshare is there from Python 3.12 on
+    return bool(ctypes.CDLL(None).unshare(flags) == 0)  # Python 3.12 and newer have os.unshare
 
 
 def _be_root_inside(uid: int, gid: int) -> None:

@@ -1,4 +1,4 @@
-"""What a process that makes namespaces tells about itself."""
+"""What a process that makes namespaces reports about itself."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class Statistics:
     """Since the link's start; `down` is from the server to the browser."""
 
     real_time: bool
-    """Whether the forwarder goes before other processes; if not, trust delays less."""
+    """Whether the forwarder runs in real time; if not, its delays are less exact."""
     down: Counters
     up: Counters
     late: int
-    """Of those delivered both ways, more than `LATE_MS` after their time: the link's own error."""
+    """Of the packets delivered both ways, those more than `LATE_MS` late: the link's own error."""
 
     @property
     def delivered(self) -> int:
@@ -32,7 +32,7 @@ STATISTICS: Final = TypeAdapter(Statistics)
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """The first line of who makes namespaces: their descriptors by name, or why there are none."""
+    """The first line of a process that makes namespaces: their descriptors, or why it made none."""
 
     networks: dict[str, int] = field(default_factory=dict)
     in_user_namespace: bool = False

@@ -1,4 +1,4 @@
-"""The real link: packets pass as the profile says, and whatever happens, nothing is left."""
+"""The real link: packets pass as the profile says, and whatever happens, nothing is left behind."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ async def link() -> AsyncIterator[Link]:
 
 @pytest.fixture
 def owner(link: Link) -> Iterator[Callable[[], tuple[subprocess.Popen[str], int]]]:
-    """Start processes that make a link, where one can be; give each with its forwarder's id."""
+    """Start processes that make a link, if one can be made; yield each and its forwarder's id."""
     started: list[subprocess.Popen[str]] = []
 
     def start() -> tuple[subprocess.Popen[str], int]:
@@ -105,7 +105,7 @@ def owner(link: Link) -> Iterator[Callable[[], tuple[subprocess.Popen[str], int]
     yield start
     for process in started:
         process.kill()
-        process.wait()  # not for its output: what it has left may hold that open
+        process.wait()  # do not wait for its output: its leftovers may hold that open
         assert process.stdout is not None
         process.stdout.close()
 
@@ -137,7 +137,7 @@ async def test_the_ends_see_each_other_only(link: Link) -> None:
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 async def test_nothing_is_left_however_the_owner_ends(owner: Any, how: signal.Signals) -> None:
-    """After Ctrl-C, SIGTERM and a kill all processes of the link end within 3 s, and so it does."""
+    """After Ctrl-C, SIGTERM or a kill, the link and all its processes end in 3 s."""
     process, forwarder = owner()
     assert forwarder in made_by(process.pid)
     assert len(made_by(process.pid)) >= 5
@@ -147,7 +147,7 @@ async def test_nothing_is_left_however_the_owner_ends(owner: Any, how: signal.Si
 
 
 def killed(process: subprocess.Popen[str], forwarder: int) -> int:
-    """Kill an owner and its forwarder, which cannot clear up; return the owner's id."""
+    """Kill an owner and its forwarder, which then cannot clean up; return the owner's id."""
     os.kill(forwarder, signal.SIGSTOP)
     process.kill()
     process.wait()
@@ -156,7 +156,7 @@ def killed(process: subprocess.Popen[str], forwarder: int) -> int:
 
 
 async def test_the_next_link_clears_what_a_killed_one_left(owner: Any) -> None:
-    """When forwarder and owner are both killed their programs stay, until the next link starts."""
+    """If forwarder and owner are both killed, their programs run until the next link starts."""
     pid = killed(*owner())
     assert made_by(pid)
     async with Link("lan"):
@@ -166,7 +166,7 @@ async def test_the_next_link_clears_what_a_killed_one_left(owner: Any) -> None:
 async def test_one_that_ends_while_we_look_spares_no_other(
     owner: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A process that is gone when its namespace is to be held does not end the clearing up."""
+    """A process that ends just before its namespace is opened does not stop the cleaning up."""
     pid = killed(*owner())
     real, too_late = os.open, list[str]()
 
@@ -184,7 +184,7 @@ async def test_one_that_ends_while_we_look_spares_no_other(
 
 
 async def test_a_killed_forwarder_is_told_and_cleared() -> None:
-    """Without its forwarder the link says so in one sentence, and leaves nothing either."""
+    """Without its forwarder the link says so in one sentence, and leaves nothing behind either."""
     async with Link("lan") as link:
         program = await link.server.spawn(["sleep", "4714"])
         assert link._forwarder is not None
@@ -196,7 +196,7 @@ async def test_a_killed_forwarder_is_told_and_cleared() -> None:
 
 
 async def test_a_stranger_is_left_alone() -> None:
-    """Clearing up ends nothing outside our namespaces, not even with another's mark on it."""
+    """Cleaning up ends nothing outside our namespaces, not even with another link's mark."""
     env = {**os.environ, leftovers.MARK: "1:0"}
     stranger = await asyncio.create_subprocess_exec("sleep", "30", env=env)
     async with Link("lan"):
@@ -208,9 +208,10 @@ async def test_a_stranger_is_left_alone() -> None:
 
 @pytest.mark.parametrize("name", ["modem-56k", "wifi-bad", "stalls"])
 async def test_the_link_is_what_its_profile_says(name: str) -> None:
-    """Real packets come when, and only if, the model says so, which is tested by itself.
+    """Real packets arrive when, and only if, the model says so, which has tests of its own.
 
-    A few at first, so that the chances are the same; then more than the rate, for rate and queue.
+    A few at first, so that the random choices are the same; then more than the rate, for rate and
+    queue.
     """
     settings = load(name)
     rate_bps = settings.down.rate_bps or 0
@@ -234,7 +235,7 @@ async def test_the_link_is_what_its_profile_says(name: str) -> None:
     few = trains[0][0]
     assert {number for number in came if number < few} == {n for n in due if n < few}
     assert len(came) == pytest.approx(len(due), abs=max(3, 0.03 * len(due)))
-    if is_first:  # else other programs come before it, so times mean little
+    if is_first:  # otherwise other programs run before it, so times mean little
         late_ms = [1000 * (came[number] - due[number]) for number in came if number < few]
         assert sum(-0.1 <= late < 5 for late in late_ms) > 0.95 * len(late_ms)
         assert max(came.values()) == pytest.approx(max(due.values()), abs=0.1)

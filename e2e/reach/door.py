@@ -1,8 +1,8 @@
-"""A door on a host of the small internet: `config/deploy/door.sh`, and the programs it sets up.
+"""The ssh tunnel's far end on a host of the small internet: `config/deploy/door.sh`, its programs.
 
-The script writes into this machine's folders, which a mount namespace covers. Its sshd is
-hardened as guides have it. Two things are other than on a door: there is no systemd, so the
-programs are started here as its units say, and no public authority, so Caddy signs for itself.
+The script writes into this machine's folders, which a mount namespace covers. Its sshd is hardened
+as guides recommend. Two things differ from a real host: there is no systemd, so the programs are
+started here as its units say, and no public authority, so Caddy signs its own certificates.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ done
 
 
 class Door:
-    """It and its lines; ends with the internet."""
+    """A running door, and the lines that its script printed; it ends with the internet."""
 
     def __init__(self, process: asyncio.subprocess.Process, folder: Path, end: End) -> None:
         self._process = process
@@ -96,30 +96,30 @@ class Door:
         self._end = end
 
     def line(self, name: str = NAME) -> str:
-        """Return what the script has printed for this robot."""
+        """Return the line that the script printed for this robot."""
         return (self._folder / f"{name}.line").read_text(encoding="ascii").strip()
 
     @property
     def root(self) -> str:
-        """The certificate that all of its certificates are signed by, as a file."""
+        """The path of the certificate that signs all of the door's certificates."""
         return str(self._folder / "root.crt")
 
     async def start(self) -> None:
         await self._say("start")
 
     async def kill(self) -> None:
-        """End all of its programs at once, as if they had crashed."""
+        """End all of the door's programs at once, as if they had crashed."""
         await self._say("kill")
 
     async def unplug(self) -> None:
-        """Take it off the net: nobody hears from it any more."""
+        """Disconnect the door from the network."""
         for device in ("outside", "outside6"):
             await self._ip(f"link set {device} down")
 
     async def plug(self) -> None:
         for line in (
             *("link set outside up", "route add 0.0.0.0/0 dev outside", "link set outside6 up"),
-            f"address add {DOOR.ipv6}/128 nodad dev outside6",  # the kernel forgets those of IPv6
+            f"address add {DOOR.ipv6}/128 nodad dev outside6",  # the kernel forgets IPv6 addresses
             "route add ::/0 dev outside6",
         ):
             await self._ip(line)
@@ -137,12 +137,12 @@ class Door:
 
 
 def aliases(name: str) -> list[str]:
-    """Return how a name is asked for: browsers write a dot behind that of a STUN server."""
+    """Return the spellings of a name: browsers write a dot after a STUN server's."""
     return [name, f"{name}."]
 
 
 async def door(net: Internet, folder: Path, *names: str) -> Door:
-    """Set up a door for robots of these names, start it, and let every host know the names."""
+    """Set up a door for robots of these names, start it, and tell every host the names."""
     if os.geteuid() != 0:
         raise NotRunError("sshd and coturn become users of their own, which takes root")
     for tool, package in (("sshd", "openssh-server"), ("caddy", "caddy"), ("turnserver", "coturn")):

@@ -21,12 +21,16 @@ Protocol = Literal["tcp", "udp"]
 class Host:
     """One machine; with `public` it is behind a router with that address.
 
-    `forwards` are ports that the router opens to it. `udp` false: the router lets no UDP through.
-    `symmetric`: each connection gets a port of its own (RFC 4787: address- and port-dependent
-    mapping), else the port inside is kept. With `carrier` the provider translates once more, to
-    that address. Hosts with one `public` are a household, in a network of 256 addresses, behind
-    the router that the first of them describes. `address` may be one of IPv6, and `ipv6` is another
-    beside it: nobody translates it, but behind a router only what was asked for comes in.
+    `forwards` are ports that the router forwards to it. Without `udp` the router lets no UDP
+    through. If `symmetric`, each connection gets a port of its own (RFC 4787: address- and
+    port-dependent mapping); otherwise the inner port is kept. With `carrier` the provider
+    translates once more, to that address.
+
+    Hosts with the same `public` are a household, in a network of 256 addresses, behind the router
+    that the first of them describes.
+
+    `address` may be an IPv6 address, and `ipv6` is a second address: nobody translates it, but a
+    router lets in only answers.
     """
 
     name: str
@@ -45,18 +49,18 @@ _START_WITHIN_S: Final = 15.0
 
 
 class Internet:
-    """Raises `NotRunError` on entering where no namespaces can be made."""
+    """The hosts and routers; entering raises `NotRunError` if no namespaces can be made."""
 
     def __init__(self, *hosts: Host) -> None:
         self._hosts = {host.name: host for host in hosts}
         self._held: Held
 
     def __getitem__(self, name: str) -> End:
-        """Return a host, or by its address a router, on which programs can be started."""
+        """Return a host, or a router by its address, on which programs can be started."""
         return self._held.ends[name]
 
     def know(self, names: Path) -> None:
-        """Have every host know the names in this file, which is as `/etc/hosts`."""
+        """Give every host the names in this file, which has the format of `/etc/hosts`."""
         for host in self._hosts:
             self[host].names = names
 
@@ -81,7 +85,7 @@ class Internet:
             addresses = {host.name: host.address for host in self._hosts.values()}
             self._held = Held(wiring.pid, line, addresses)
         finally:
-            await wiring.communicate(b"")  # closes its input
+            await wiring.communicate(b"")  # closes the process's input
         return self
 
     async def __aexit__(self, *_: object) -> None:

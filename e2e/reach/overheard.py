@@ -1,6 +1,6 @@
-"""``python -m e2e.reach.overheard RELAY``: prints when each command comes to this host by a relay.
+"""``python -m e2e.reach.overheard RELAY``: prints when each command reaches this host by a relay.
 
-By the kernel's time of arrival, as `time.monotonic` has it, so that nothing here makes it later.
+The times are the kernel's, on the clock of `time.monotonic`, so that this process delays none.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ _SO_TIMESTAMPNS: Final = 35
 _UDP: Final = 17
 _TURN_PORT: Final = 3478
 _CHANNELS: Final = range(0x4000, 0x5000)
-"""Numbers that begin ChannelData (RFC 8656, 12)."""
+"""The channel numbers that begin ChannelData (RFC 8656, 12)."""
 
 
 def relayed(packet: bytes, relay: bytes) -> bytes:
-    """Return what the relay hands on in this IPv4 packet, empty if it is none of its."""
+    """Return what the relay forwards in this IPv4 packet; empty if it is not the relay's."""
     udp = packet[4 * (packet[0] & 15) :]
     if packet[9] != _UDP or packet[12:16] != relay or len(udp) < 12:
         return b""

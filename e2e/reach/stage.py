@@ -1,4 +1,4 @@
-"""What the tests of a small internet share: where the robot is, a server there, browsers."""
+"""Shared by the tests of the small internet: the robot's host, a server there, and browsers."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ URL: Final = f"http://{ROBOT.public}:{HTTP}"
 
 
 async def obeys(robot: Wax, viewer: Viewer) -> None:
-    """Hold a key as this viewer, and see the robot move."""
+    """Hold a key as this viewer, and check that the robot moves."""
     assert await key_moves(robot, viewer.page, "ArrowUp", 10.0), "the robot stands"
     await viewer.page.keyboard.up("ArrowUp")
 
 
 @contextmanager
 def telling_logs(folder: Path) -> Iterator[None]:
-    """Print the end of each log where it fails, for the report of the test."""
+    """If the test fails, print the end of each log for its report."""
     try:
         yield
     except BaseException:
@@ -54,7 +54,7 @@ def telling_logs(folder: Path) -> Iterator[None]:
 async def serving(
     net: Internet, folder: Path, toml: str, variables: Mapping[str, str] | None = None
 ) -> AsyncIterator[Wax]:
-    """Serve at the robot's host, with its state in ``state`` of `folder`, where its log is too."""
+    """Serve at the robot's host; the state and the log are in ``state`` of `folder`."""
     place = ("--host", "0.0.0.0", "--port", str(HTTP))
     with telling_logs(folder):
         async with wax.serving(net["robot"], folder, toml, *place, variables=variables) as served:

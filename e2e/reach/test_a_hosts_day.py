@@ -1,4 +1,4 @@
-"""A host's day: a friend elsewhere drives, a troll comes and comes again, and the records tell."""
+"""A host's day: a distant friend drives, a troll comes again and again, and the records say so."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _SHIPPED: Final = Path(__file__).parents[2] / "config" / "public-robot.toml"
 
 
 async def opens(browser: Browser, link: str) -> Viewer:
-    """Open a link in a new window, which remembers nothing of others."""
+    """Open a link in a new window, which shares no cookies with others."""
     return await Viewer.at(await browser.new_context(), link)
 
 
@@ -52,7 +52,7 @@ async def reads(viewer: Viewer, sentence: str) -> None:
 @pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_hosts_day(tmp_path: Path) -> None:
-    """Invited from elsewhere, a friend drives on, whatever the troll does whom the host removes."""
+    """An invited friend elsewhere drives on, whatever the troll does whom the host removes."""
     settings = toml.merged(
         tomllib.loads(_SHIPPED.read_text(encoding="utf-8")),
         HERE,
@@ -77,7 +77,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         at_home = next(link for link in links if link.startswith(f"http://{ROBOT.address}:{HTTP}/"))
         host = await opens(laptop, at_home)
         await host.sees_picture()
-        # Without HTTPS the browser's player has the sound; the page says what HTTPS would bring.
+        # Without HTTPS the browser's player plays the sound; the page says what HTTPS would bring.
         await host.open("Details")
         await host.page.get_by_text("over HTTPS this page could play").wait_for(state="attached")
         await host.page.get_by_role("button", name="Host", exact=True).click()
@@ -107,7 +107,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         await friend.release_stop()
         await obeys(robot, friend)
 
-        # A new identity: refused from the same address, not from another.
+        # A new identity: refused from the same address, admitted from another.
         await reads(await opens(trolls, URL), str(BANNED))
         again = await opens(cafe, URL)
         await again.sees_picture()

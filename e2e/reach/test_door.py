@@ -1,4 +1,4 @@
-"""People elsewhere reach a robot that dials out to a door, also while that dies."""
+"""People elsewhere reach a robot that dials out to a door, even when the door dies."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ pytestmark = pytest.mark.timeout(120)
 HAS_THE_SERVERS_WORDS: Final = """
     performance.getEntriesByType("resource").some(one => one.name.includes("/sentences-"))
 """
-"""They come after picture and sound, 4 s after connecting at the latest; no door, no words."""
+"""Loaded after picture and sound, at most 4 s after connecting; without the door they never
+come."""
 
 
 class Dialling:
@@ -74,7 +75,7 @@ class Dialling:
         return told
 
     async def leads(self, within_s: float, *, here: bool = True) -> None:
-        """Wait until the door leads to the robot, or no more."""
+        """Wait until the door leads to the robot; with `here` False, until it no longer does."""
 
         async def is_so() -> bool:
             return (await self.tunnel())["is_open"] is here
@@ -82,7 +83,7 @@ class Dialling:
         await eventually(is_so, "the door leads to the robot", within_s=within_s)
 
     async def tells(self, words: str) -> None:
-        """Wait until the host is told this of the door."""
+        """Wait until the host reads these words about the door."""
 
         async def is_so() -> bool:
             return words in ((await self.tunnel())["problem"] or "")
@@ -90,7 +91,7 @@ class Dialling:
         await eventually(is_so, f"the host reads {words!r}", within_s=15)
 
     async def doctor(self, host: str = "robot", *words: str) -> dict[str, str]:
-        """Return the level of each of its verdicts."""
+        """Return the level of each of the doctor's verdicts."""
         words = words or ("--config", str(self.toml))
         process = await self.net[host].spawn_python(
             ["-m", "wax", "doctor", "--json", *words],
@@ -102,7 +103,7 @@ class Dialling:
 
 
 def configured(folder: Path, line: str, name: str = "robot") -> Path:
-    """Return what `wax init` makes of a robot that is there and a line."""
+    """Return what `wax init` makes of a robot that is there and of a door's line."""
     path = folder / f"{name}.toml"
     path.write_text(BASE.format(state=folder / "state"), encoding="utf-8")
     assert main(["init", "--door", line, str(path)]) == 0
@@ -140,7 +141,7 @@ async def visited(dials: Dialling) -> AsyncIterator[Stage]:
 
 @asynccontextmanager
 async def overhearing(net: Internet, folder: Path) -> AsyncIterator[Callable[[], float]]:
-    """Return what tells when the newest command has come to the robot by the relay."""
+    """Yield a function that returns when the newest command reached the robot by the relay."""
     path = folder / "commands"
     with path.open("wb") as said:
         words = ["-m", "e2e.reach.overheard", DOOR.address]
@@ -158,7 +159,7 @@ async def visits(folder: Path) -> list[dict[str, Any]]:
 
 @pytest.mark.full
 async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path) -> None:
-    """By HTTPS from a real name; picture and commands go past the door, and on without it."""
+    """HTTPS has a real name; picture and commands bypass the door, and continue without it."""
     async with dialling(tmp_path, CARRIED, FRIEND) as dials, visited(dials) as stage:
         way = await stage.sees()
         assert way["type"] != "relay"
@@ -189,7 +190,7 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
 async def test_each_finds_the_shortest_way(
     tmp_path: Path, robot: Host, friend: Host, to: str
 ) -> None:
-    """By the public name all come; at home, and by IPv6, nothing is translated or relayed."""
+    """Everybody uses the public name; at home, and by IPv6, nothing is translated or relayed."""
     async with dialling(tmp_path, robot, friend) as dials, visited(dials) as stage:
         way = await stage.sees()
         assert way["to"].startswith(f"{to}:"), way
@@ -199,10 +200,10 @@ async def test_each_finds_the_shortest_way(
 
 @pytest.mark.full
 async def test_where_there_is_no_direct_way_the_relay_carries(tmp_path: Path) -> None:
-    """From an office without UDP to a robot behind a symmetric NAT.
+    """An office without UDP reaches a robot behind a symmetric NAT.
 
-    When it dies, the board is told to stand within 200 ms of the last command, and does until the
-    page, which comes back with its turn, has a new press.
+    When the relay dies, the board is told to stop within 200 ms of the last command. It stands
+    until the page, which reconnects within its turn, sends a new press.
     """
     hosts = replace(CARRIED, symmetric=True), OFFICE
     async with (
@@ -249,7 +250,7 @@ async def test_where_there_is_no_direct_way_the_relay_carries(tmp_path: Path) ->
 
 @pytest.mark.full
 async def test_a_door_that_dies_or_falls_silent_is_missed_and_found_again(tmp_path: Path) -> None:
-    """Noticed within ten seconds, and back within five of its return; `wax doctor` tells each."""
+    """Both are noticed: within ten seconds, and within five of the return; `wax doctor` agrees."""
     async with dialling(tmp_path, CARRIED) as dials:
         await dials.leads(10)
         assert {level for check, level in (await dials.doctor()).items() if "door" in check} == {
@@ -269,7 +270,7 @@ async def test_a_door_that_dies_or_falls_silent_is_missed_and_found_again(tmp_pa
 
 @pytest.mark.full
 async def test_where_22_is_closed_the_tunnel_goes_by_443(tmp_path: Path) -> None:
-    """Through Caddy, as a school's network lets out nothing else."""
+    """The tunnel goes through Caddy, as from a school's network that lets nothing else out."""
     async with dialling(tmp_path, CARRIED) as dials:
         await dials.leads(10)
         rules = tmp_path / "shut.nft"
@@ -285,7 +286,7 @@ async def test_where_22_is_closed_the_tunnel_goes_by_443(tmp_path: Path) -> None
 
 @pytest.mark.full
 async def test_no_robot_takes_anothers_place(tmp_path: Path) -> None:
-    """Neither with its own key and another's port, nor with the same line; who is there stays."""
+    """Not by another's port with its own key, nor by the same line; the connected robot stays."""
     async with dialling(tmp_path, CARRIED, names=(NAME, OTHER_NAME)) as dials:
         await dials.leads(10)
         path = configured(tmp_path, dials.door.line(OTHER_NAME), "other")
@@ -303,7 +304,7 @@ async def test_no_robot_takes_anothers_place(tmp_path: Path) -> None:
 
 @pytest.mark.full
 async def test_another_host_key_is_never_trusted(tmp_path: Path) -> None:
-    """Where the name leads elsewhere, or the door was set up anew, the host reads what to do."""
+    """If the name leads elsewhere, or the door was set up anew, the host reads what to do."""
     async with dialling(tmp_path, CARRIED) as dials:
         await dials.leads(10)
         text = dials.toml.read_text(encoding="utf-8")

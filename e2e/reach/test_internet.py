@@ -1,4 +1,4 @@
-"""The small internet's routers do what a household's does, as seen from two places outside."""
+"""The small internet's routers behave like a household's, as seen from two places outside."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ while True:
     line.sendto(repr(sender).encode(), sender)
     line.sendto(b"pushed", ("203.0.113.2", 50_001))
 """
-"""Answers each datagram with where it came from, and one more to where nobody asked for any."""
+"""Answers each datagram with its source, and sends one more datagram that nobody asked for."""
 ASKS: Final = f"""
 import ast, json, socket, sys
 line, silent = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
@@ -45,7 +45,7 @@ print(json.dumps(seen))
 
 
 async def _asked(net: Internet, *where: str) -> list[tuple[str, int] | None]:
-    """Tell from which address and port each of `where` is asked by one socket at the friend's."""
+    """Return the source that each of `where` sees of one socket at the friend's: address, port."""
     pipe = asyncio.subprocess.PIPE
     asking = await net["friend"].spawn_python(["-c", ASKS, *where], stdout=pipe)
     said, _ = await asking.communicate()
@@ -65,7 +65,7 @@ async def _asked(net: Internet, *where: str) -> list[tuple[str, int] | None]:
     ids=["home", "symmetric", "no UDP", "carrier", "the robot's home"],
 )
 async def test_a_router_lets_through_what_it_would(friend: Host) -> None:
-    """Translated once or twice, answered by who was asked; a forwarded port reached by all."""
+    """It translates once or twice, lets in only answers, and forwards a port to everybody."""
     async with Internet(ROBOT, friend, TURN, OTHER) as net:
         for name in ("robot", "turn", "other"):
             telling = await net[name].spawn_python(["-c", TELLS], stdout=asyncio.subprocess.PIPE)

@@ -33,7 +33,7 @@ source = "none"
 
 @asynccontextmanager
 async def staged(folder: Path, toml: str, *hosts: Host) -> AsyncIterator[Stage]:
-    """Serve the robot at its end and open the page at the friend's, with a relay on `TURN`."""
+    """Serve the robot at its host and open the page at the friend's, with a relay on `TURN`."""
     async with Internet(*hosts) as net:
         if TURN in hosts:
             await relay(net, folder)
@@ -51,21 +51,21 @@ def by_relay(url: str, *more: str) -> str:
 
 
 async def test_one_forwarded_port_is_enough(tmp_path: Path) -> None:
-    """A friend behind another NAT drives, and by the same peer also after their router forgot."""
+    """A friend behind another NAT drives, with the same peer even after their router restarted."""
     friend = replace(FRIEND, symmetric=True)
     async with staged(tmp_path, BASE, ROBOT, friend) as stage:
         assert (await stage.sees())["to"] == f"{ROBOT.public}:{MEDIA}"
         await stage.drives()
         peers = await stage.viewer.probe("peers()")
         await stage.net.forget("friend")
-        await asyncio.sleep(0.2)  # what was under way
+        await asyncio.sleep(0.2)  # what was in flight
         assert (await stage.sees())["to"] == f"{ROBOT.public}:{MEDIA}"
         assert await stage.viewer.probe("peers()") == peers
         await stage.drives()
 
 
 async def test_a_relay_helps_where_no_udp_gets_out(tmp_path: Path) -> None:
-    """From an office that lets no UDP out a friend drives by TURN over TCP, by our coturn."""
+    """From an office that lets no UDP out, a friend drives by TURN over TCP, through our coturn."""
     toml = by_relay(f"turn:{TURN.address}:{PORT}?transport=tcp")
     async with staged(tmp_path, toml, ROBOT, OFFICE, TURN) as stage:
         way = {"type": "relay", "relay": "tcp", "to": f"{ROBOT.public}:{MEDIA}"}
@@ -74,7 +74,7 @@ async def test_a_relay_helps_where_no_udp_gets_out(tmp_path: Path) -> None:
 
 
 async def test_relay_only_uses_nothing_else(tmp_path: Path) -> None:
-    """Even where a direct connection is possible."""
+    """The relay is used even where a direct connection is possible."""
     toml = by_relay(f"turn:{TURN.address}:{PORT}", "only = true")
     async with staged(tmp_path, toml, ROBOT, FRIEND, TURN) as stage:
         assert (await stage.sees())["type"] == "relay"

@@ -28,7 +28,7 @@ async def relay(net: Internet, folder: Path) -> None:
     for key, value in (("static-auth-secret", SECRET), ("allowed-peer-ip", ROBOT.public)):
         text, found = re.subn(rf"^{key}=.*$", f"{key}={value}", text, flags=re.MULTILINE)
         assert found == 1, f"{_CONFIG} has {found} lines {key}"
-    # Where it runs, and no files outside the test's folder.
+    # Its addresses, and no files outside the test's folder.
     text += f"""
 listening-ip={TURN.address}
 relay-ip={TURN.address}

@@ -1,7 +1,7 @@
 """The process that wires a small internet: namespaces, bridges, and the kernel's own NAT.
 
 ``python -m e2e.reach.wiring`` reads the hosts as one line of JSON, answers with one line, and ends
-with its standard input: whoever holds the namespaces by then keeps the internet.
+with its standard input. The internet lasts as long as another process holds the namespaces.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ _GUARD: Final = f"""table ip6 home {{
         iifname {_OUTSIDE_IPV6} meta l4proto {{ tcp, udp }} ct state new drop
     }}
 }}"""
-"""What a home's router does for IPv6, which needs no router of its own here."""
+"""A home router's filter for IPv6, which needs no router of its own here."""
 
 
 class Wiring:
-    """Raises `NotRunError` where no namespaces can be made."""
+    """The namespaces; raises `NotRunError` where none can be made."""
 
     def __init__(self) -> None:
         self.networks: dict[str, int] = {}
-        """By the host's name, or the address of a router's outer side."""
+        """By the host's name, or by the address of a router's outer side."""
         self._cables = 0
 
     def wire(self, hosts: list[Host]) -> None:
@@ -57,7 +57,7 @@ class Wiring:
                 namespace.run("nft", "nftables", ["-f", "-"], _GUARD)
 
     def _router(self, host: Host, *, into: str) -> None:
-        """Make what stands between `host`'s household and the network behind `into`."""
+        """Make the router, or routers, between `host`'s household and the network behind `into`."""
         public, gateway = host.public or "", _gateway(host.address)
         self._network(public, [*_bridge(public), f"address add {gateway}/24 dev inside"])
         self._join(public, public, into, None if into == _WORLD else _gateway(public))
@@ -72,7 +72,7 @@ class Wiring:
     def _join(
         self, name: str, address: str, into: str, gateway: str | None, device: str = _OUTSIDE
     ) -> None:
-        """Lay a cable from a namespace to the bridge of another; all addresses are on the wire."""
+        """Connect a namespace to the bridge of another; all addresses are on the wire."""
         self._cables += 1
         end = f"/proc/{os.getpid()}/fd/{self.networks[into]}"
         port = f"port{self._cables}"
@@ -104,10 +104,10 @@ def _gateway(address: str) -> str:
 
 
 def _rules(host: Host, public: str) -> str:
-    """Write a router's rules: what goes out is translated, what is forwarded comes in.
+    """Return a router's rules: outgoing packets are translated, forwarded ports let in.
 
-    A household reaches its own forwarded port by the address outside, too (hairpinning, RFC 4787).
-    What nobody asked for is dropped before it is a connection, which would take the port from the
+    A household also reaches its own forwarded port by the outer address (hairpinning, RFC 4787).
+    Unsolicited packets are dropped before they become a connection, which would take the port of
     one that is about to be opened from inside.
     """
     forwards = "".join(
@@ -137,7 +137,7 @@ def _rules(host: Host, public: str) -> str:
 
 
 def _enter(network: int) -> None:
-    # os.setns is there from Python 3.12 on.
+    # Python 3.12 and newer have os.setns.
     if CDLL(None).setns(network, 0) != 0:
         raise NotRunError("a network namespace of our own cannot be entered")
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from e2e.stop.page import Chromium
 
 AGE_MS: Final = Settings().drive.stop_picture_age_ms
-"""The shipped limit of the picture's age; the line's own delay is added."""
+"""The shipped limit of the picture's age; the link's own delay is added."""
 _NOTE: Final = """
 for (const type of ["blur", "visibilitychange"])
     addEventListener(type, () => { window.waxLost ??= performance.now(); }, true);
@@ -30,7 +30,7 @@ for (const type of ["blur", "visibilitychange"])
 
 
 class Wheel:
-    """The page that drives, and the one that waits behind it."""
+    """The page that drives, and the next one in the queue."""
 
     page: Chromium
     waits: Chromium
@@ -42,14 +42,14 @@ class Wheel:
         await self.page.press()
 
     async def queue(self) -> None:
-        """Let the next one wait for its turn."""
+        """Open the next page, and let it wait for its turn."""
         self.waits = await self.launch()
         await self.waits.viewer.join()
 
 
 @asynccontextmanager
 async def driven(scene: Scene, *, queued: bool = False) -> AsyncIterator[None]:
-    """Let a page drive; `queued` with another behind it."""
+    """Let a page drive; with `queued` another one waits."""
     async with chromiums() as launch:
         wheel = scene.prop = Wheel(partial(launch, scene.stage.server.url))
         scene.press = wheel.press
@@ -82,12 +82,12 @@ async def thaw_camera(scene: Scene) -> None:
     await asyncio.sleep(0.5)
 
 
-# --- the hands are taken off ---------------------------------------------------------------------
+# --- the operator lets go ------------------------------------------------------------------------
 
 
 @asynccontextmanager
 async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
-    """Let a tab drive that is told when it is hidden; `script` runs in it before the page's own."""
+    """Let a tab drive, and note when it is hidden; `script` runs in it before the page's own."""
     async with Tab.opened(scene.stage.server.url, _NOTE + script) as held:
         await held.drive()
         scene.prop, scene.press = held, held.press
@@ -95,7 +95,7 @@ async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
 
 
 async def hide(scene: Scene) -> float:
-    """Open another tab in front of it."""
+    """Open another tab in front of the page."""
     held: Tab = scene.prop
     held.clock = await page_clock(held.page.evaluate)
     await held.page.evaluate("delete window.waxLost")
@@ -104,7 +104,7 @@ async def hide(scene: Scene) -> float:
 
 
 async def show(scene: Scene) -> float:
-    """Come back; return when the page's first event was."""
+    """Return to the page; return when its first event was."""
     held: Tab = scene.prop
     await held.other.close()
     lost_ms = await held.page.evaluate("window.waxLost ?? null")

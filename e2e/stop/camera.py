@@ -1,8 +1,8 @@
 """A camera of the tests, an ordinary plug-in that freezes, fails, or blocks its server on request.
 
-It is told by files in the folder that the environment names, else in that of the server's state:
-``freeze`` (as long as it exists no picture comes), ``pull`` (so long it fails, as one on USB does),
-``block`` (its content: for how many seconds to block the event loop; once).
+It is controlled by files in the folder that the environment names, or in the server's state folder:
+while ``freeze`` exists no picture comes, while ``pull`` exists reading fails as if a USB plug were
+out, and ``block`` contains for how many seconds to block the event loop, once.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CONTROL: Final = "WAX_FAULTS_CAMERA"
 SOURCE: Final = f"{__name__}:Camera"
 PULLED: Final = "The plug is out."
 LATE_S: Final = 0.5
-"""Later than the age at which the robot slows down, as it is shipped."""
+"""Later than the shipped age at which the robot slows down."""
 _LOOK_S: Final = 0.01
 _LONGEST_READ_S: Final = 1.9
 """A source may block for 2 s."""
@@ -56,7 +56,7 @@ class Camera(TestCardVideo):
         self._block()
         since_s = time.monotonic()
         while (self._folder / "freeze").exists() and self._newest is not None:
-            # Who reads it goes by CLOCK_MONOTONIC, which stands still while the machine sleeps.
+            # The reader uses CLOCK_MONOTONIC, which stands still while the machine sleeps.
             asleep_s = self._clock.now_s() - time.monotonic()
             self._note("frozen", self._newest.captured_s - asleep_s)
             self._block()
@@ -91,16 +91,16 @@ class Camera(TestCardVideo):
 
 
 class LateCamera(TestCardVideo):
-    """The test card of `LATE_S` ago, with the time at which that was captured."""
+    """The test card of `LATE_S` ago, with its true capture time."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
         super().__init__(settings, clock)
         self._under_way: deque[Picture] = deque()
 
     def read(self) -> Picture:
-        """Return the newest picture that is late enough, on a busy machine not each of them.
+        """Return the newest picture that is late enough; a busy machine skips some.
 
-        A fixed number of pictures would be later and later, the fewer of them come in a second.
+        Holding a fixed number of pictures back would delay them more when fewer arrive in a second.
         """
         while True:
             newest = super().read()
@@ -117,7 +117,7 @@ class LateCamera(TestCardVideo):
 
 
 def _running_loops() -> list[asyncio.AbstractEventLoop]:
-    """Find what runs the frames of the main thread; no list of objects has what gc has frozen."""
+    """Find the event loop in the main thread's frames; objects frozen by gc are in no list."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)
     loops: list[asyncio.AbstractEventLoop] = []
     while frame is not None:
@@ -152,7 +152,7 @@ class Control:
 
     async def freeze(self) -> float:
         """Freeze the camera; return when its last picture was captured."""
-        # The camera may have noted an earlier one while that was thawed.
+        # The camera may have noted an earlier picture before it was thawed.
         (self.folder / "frozen").unlink(missing_ok=True)
         (self.folder / "freeze").touch()
         return await self._moment("frozen")

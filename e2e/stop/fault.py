@@ -1,6 +1,6 @@
-"""One fault and the one loop for all: drive, break, look, mend, and hold the control on.
+"""A fault, and one loop for all faults: drive, break, look, mend, and keep holding the control.
 
-Neither what is late nor what comes back may move the robot before somebody presses anew.
+Nothing that arrives late or comes back may move the robot before somebody presses again.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ GOAL_MM: Final = Settings().drive.max_stop_distance_m * 1000
 
 
 class Scene:
-    """A stage and who drives on it: a client of the protocol, unless a prop sets `press`."""
+    """A stage and its operator: a client of the protocol, unless a prop sets `press`."""
 
     def __init__(self, kind: Kind, stage: Stage, rig: Any, *, sees: bool) -> None:
         self.kind, self.stage, self.rig = kind, stage, rig
@@ -44,7 +44,7 @@ class Scene:
         self._leaving = AsyncExitStack()
 
     async def come(self, *, anew: bool = False) -> None:
-        """Connect, again if need be, and take the turn; `anew` as somebody else."""
+        """Connect, or reconnect, and take the turn; `anew` as somebody else."""
         await self.leave()
         self._browser = Browser() if anew else self._browser
         operator = RawOperator(
@@ -57,7 +57,7 @@ class Scene:
         await self._leaving.aclose()
 
     async def drive(self) -> bool:
-        """Release, press again, and return at random phase; False if the robot stands again."""
+        """Release, press again, and return at random phase; False if the robot stopped again."""
         self.trials += 1
         if self.press is not None:
             await self.stage.moving(self.press)
@@ -73,7 +73,7 @@ class Scene:
 
 
 def at_once(act: Callable[[Scene], object]) -> Callable[[Scene], Awaitable[float]]:
-    """Break by what takes no time; the fault begins when it does."""
+    """Break by an act that takes no time; the fault begins with it."""
 
     async def breaks(scene: Scene) -> float:
         since_s = time.monotonic()
@@ -85,14 +85,17 @@ def at_once(act: Callable[[Scene], object]) -> Callable[[Scene], Awaitable[float
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """`breaks` returns when; so does `mends` where that is known only afterwards.
+    """`breaks` returns when it broke; `mends` returns when it mended, if that is known only later.
 
-    Timed is the first stopping frame, from `after_ms` on; where it is `by_itself`, the robot's own
-    time-out may come first, and if `late`, only what is later than that. Without a goal only motion
-    after the mending counts. What `resumes`, since it was short, is judged until it is mended.
-    A `rig` is there before the server, and has `settings` and `environment` for it; a `prop` after.
-    An operator `at_full_speed` sees, and the way to standstill has a row. Each of several `kinds`
-    is measured `n` times; else `at_once` stages of one kind share them.
+    The row is the time to the first stopping frame, counted from `after_ms`. If `by_itself`, the
+    robot's own timeout may come first; if also `late`, only what exceeds that timeout counts.
+    Without a goal only motion after the mending counts. A fault so short that driving `resumes` is
+    judged until it is mended.
+
+    A `rig` is made before the server, and has `settings` and `environment` for it; a `prop` is made
+    after. With `at_full_speed` the operator sees the picture, and the stopping distance has a row.
+    Each of several `kinds` is measured `n` times; one kind may have several stages, `at_once`,
+    which share them.
     """
 
     key: str
@@ -119,7 +122,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """What came of one fault; `moved_ms` are the frames that moved it after it was mended."""
+    """What one fault did; `moved_ms` are the frames that moved the robot after the mending."""
 
     kind: Kind
     stopping: Stopping
@@ -142,7 +145,7 @@ async def measure(
     load: Load | None = None,
     **settings: Any,
 ) -> list[Row]:
-    """Do one fault `n` times, to several robots at once, a stage for each.
+    """Run one fault `n` times, on several robots at once, each with its own stage.
 
     Raises `NotRunError` where this machine has none of the robots.
     """
@@ -167,7 +170,7 @@ async def measure(
 async def set_up(
     fault: Fault, kind: Kind, load: Load, **settings: Mapping[str, Any]
 ) -> AsyncIterator[Scene]:
-    """Set up the scene of a fault, where somebody has the turn."""
+    """Set up the scene of a fault, with an operator who has the turn."""
     async with AsyncExitStack() as leaving:
         rig = leaving.enter_context(fault.rig()) if fault.rig else None
         tables, environment = (rig.settings, rig.environment) if rig else ({}, {})
@@ -190,9 +193,9 @@ async def set_up(
 
 
 async def repeated(fault: Fault, scene: Scene, n: int) -> list[Broken]:
-    """Break and mend until it has counted `n` times.
+    """Break and mend until `n` trials count.
 
-    Raises `MeasureError` when most trials are void: then this machine is too busy to measure.
+    Raises `MeasureError` if most trials are void: then this machine is too busy to measure.
     """
     found: list[Broken] = []
     while len(found) < n:
@@ -208,7 +211,7 @@ async def repeated(fault: Fault, scene: Scene, n: int) -> list[Broken]:
 
 
 async def _trial(fault: Fault, scene: Scene) -> Broken | None:
-    """Break and mend once; None if the robot stood before it broke."""
+    """Break and mend once; None if the robot had stopped before it broke."""
     if not await scene.drive():
         return None
     since_s = await fault.breaks(scene)
@@ -229,7 +232,7 @@ async def _trial(fault: Fault, scene: Scene) -> Broken | None:
 
 
 def rows_of(fault: Fault, found: Sequence[Broken]) -> list[Row]:
-    """Judge what came of a fault; a row names the robots if there are several."""
+    """Judge the trials of a fault; a row names the robots if there are several."""
     kinds = list(dict.fromkeys(one.kind for one in found))
     names = f": {', '.join(kind.what for kind in kinds)}" if len(kinds) > 1 else ""
     what = f"{fault.what}{names}"

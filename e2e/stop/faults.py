@@ -1,4 +1,4 @@
-"""The table of faults, and how those beside the page break and mend."""
+"""The table of faults, and how those outside the page break and mend."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _BLOCKED_S: Final = 1.0
 _A_CONNECTION: Final = 5
-"""Trials over each: a peer is slow to trust a network that has vanished a few times."""
+"""Trials over each connection: a peer is slow to trust a network that has vanished a few times."""
 _FROZEN_S: Final = 0.06
 """The touch comes within this time of the server's end, before its silence stops the robot."""
 
@@ -57,19 +57,19 @@ async def _restart_server(scene: Scene) -> None:
 
 
 async def _resume_server(scene: Scene) -> None:
-    """Go on, with what was sent before waiting in its sockets, and nothing newer."""
+    """Continue; what was sent before waits in the server's sockets, and nothing newer."""
     scene.operator.is_silent = True
     await asyncio.sleep(0.02)
     os.kill(scene.stage.server.pid, signal.SIGCONT)
 
 
 async def _block_loop(scene: Scene) -> float:
-    """Ask the loop to sleep, by a camera, which is anybody's plug-in; the threads go on."""
+    """Make the loop sleep, through a camera, which any plug-in may be; the threads continue."""
     return float(await scene.rig.block(_BLOCKED_S))
 
 
 async def _fall_silent(scene: Scene) -> None:
-    """Leave the server with what was sent before."""
+    """Fall silent; the server has only what was sent before."""
     scene.operator.is_silent = True
 
 

@@ -20,24 +20,24 @@ if TYPE_CHECKING:
     from e2e.stop.fault import Scene
 
 RATE_HZ: Final = 10_000.0
-"""What is offered; the viewer's budget holds back the rest."""
+"""The rate offered; the viewer's budget holds back the rest."""
 LEAST_HZ: Final = 500.0
-"""What must really have been sent, ten times what a page sends."""
+"""The least rate that must really have been sent, ten times a page's."""
 WAYS: Final = ("operator, channel", "operator, HTTP", "observer, channel", "observer, HTTP")
 _TICK_S: Final = 0.005
 _MAX_WAITING_BYTES: Final = 256
-"""As in a page (`link/peer.ts`): more in the channel's buffer would only wait longer."""
+"""As in a page (`link/peer.ts`): with more in the channel's buffer, messages would only wait."""
 
 
 class Flood:
-    """The way to the flooder's process, and an observer beside it."""
+    """The pipe to the flooder's process, and an observer."""
 
     def __init__(self, pipe: Connection[Any, Any], observer: RawOperator) -> None:
         self._pipe = pipe
         self.observer = observer
 
     async def asked(self, what: str) -> float:
-        """Ask it to ``stop``, which presses Stop, or to ``end``; return what it says."""
+        """Tell it to ``stop``, which presses Stop, or to ``end``; return its answer."""
         self._pipe.send(what)
         return await self.says()
 
@@ -49,7 +49,7 @@ class Flood:
 
 @asynccontextmanager
 async def flooded(scene: Scene, *, rate_hz: float = RATE_HZ) -> AsyncIterator[None]:
-    """Flood the server's command channel; raises `MeasureError` where that was no flood."""
+    """Flood the server's command channel; raises `MeasureError` if that was no flood."""
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_work, args=(scene.stage.server.url, rate_hz, theirs))
@@ -100,7 +100,7 @@ def _work(url: str, rate_hz: float, pipe: Connection[Any, Any]) -> None:
 
 
 async def _flood(url: str, rate_hz: float, pipe: Connection[Any, Any]) -> None:
-    """Say 0 when it begins, when each Stop was pressed, and how many it sent a second."""
+    """Send 0 when it begins, then when each Stop was pressed, then how many it sent a second."""
     async with Operator(url) as peer:
         row = peer.row(1, turn=peer.turn, linear=-1.0, held=True)
         sent = allowed = 0

@@ -1,8 +1,8 @@
 """Hands over from one operator to the next, repeatedly: nothing of the old turn may follow.
 
-What is counted is what was on the wire, whether the board took it or not: it refuses an old turn
-itself. Each of the two operators drives in a direction of its own, so that a frame tells by its
-number which turn it is for, and by its wheels which operator drives.
+Frames on the wire count, whether the board accepts them or not, because it also refuses an old turn
+itself. Each of the two operators drives in a direction of its own, so that a frame's number shows
+the turn, and its wheels show the operator.
 """
 
 from __future__ import annotations
@@ -75,9 +75,9 @@ def switches(frames: Iterable[Seen], directions: Mapping[int, int]) -> Switches:
 
 
 async def hand_over(n: int, **settings: Any) -> list[Row]:
-    """Two who take turns, and drive on after their turn as nobody should.
+    """Let two operators take turns, and drive on wrongly after their turn.
 
-    Most leave; some let the turn end, vanish, crash, or come back in that instant.
+    Most leave; some let the turn end, vanish, crash, or reconnect at that instant.
     """
     random = Random(2004)
     endings = [*ENDINGS, *random.choices(ENDINGS, _WEIGHTS, k=max(0, n - len(ENDINGS) + 1))]
@@ -107,7 +107,7 @@ async def hand_over(n: int, **settings: Any) -> list[Row]:
 
 
 class Player:
-    """One of the two, who drives ahead (1) or back (-1), and the ends of a turn."""
+    """One of the two operators, who drives ahead (1) or back (-1), and how their turns end."""
 
     def __init__(self, stage: Stage, direction: int) -> None:
         self.direction = direction
@@ -119,7 +119,7 @@ class Player:
         self._leaving = AsyncExitStack()
 
     async def come(self) -> None:
-        """Connect, or again, on another way."""
+        """Connect, or reconnect by a new path."""
         await self.leave()
         self._relay = Relay()
         self.operator = await self._leaving.enter_async_context(
@@ -141,7 +141,7 @@ class Player:
         raise MeasureError(f"hand-over: no turn within {_ASKS * _ASK_EVERY_S:g} s")
 
     async def begins(self) -> None:
-        """Release and press at once, as a viewer who waits for their turn does."""
+        """Release and press at once, as a viewer does who waits for their turn."""
         self.operator.let_go()
         self.operator.steer(self.direction)
         self.operator.command()
@@ -149,7 +149,7 @@ class Player:
         await asyncio.sleep(0.02)
 
     async def ends(self, ending: Ending, random: Random) -> None:
-        """Let the turn end in one of five ways, pressing on."""
+        """End the turn in one of five ways, while still pressing."""
         left_ms = (self.operator.ends_server_ms or 0.0) - self.operator.server_ms()
         ends_s = time.monotonic() + left_ms / 1000
         match ending:

@@ -1,4 +1,4 @@
-"""The driver for pins on gpiozero's mock ones, with a meter at them; an ordinary plug-in.
+"""The driver for pins on gpiozero's mock pins, which are metered; an ordinary plug-in.
 
 The environment names the meter's file. Each line is a pin that has changed: when by
 ``time.monotonic``, its number, and its state from 0 to 1.
@@ -19,7 +19,7 @@ METER: Final = "WAX_DRIVERS_METER"
 
 
 class MeteredPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """Writes each change down, in one write."""
+    """Records each change, in one write."""
 
     file = -1
 
@@ -32,7 +32,7 @@ class MeteredPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
 
 
 class MeteredRobot(GpioRobot):
-    """The driver as it is."""
+    """The driver, unchanged."""
 
     def open(self) -> None:
         MeteredPin.file = os.open(os.environ[METER], os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)

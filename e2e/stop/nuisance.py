@@ -37,7 +37,7 @@ _TEN_MINUTES_S: Final = 600.0
 
 
 async def nuisance(n: int, *, at_once: int = AT_ONCE) -> list[Row]:
-    """Drive for `n` seconds over bad links, some at once, and count the stops."""
+    """Drive for `n` seconds over bad links, several at once, and count the stops."""
     found = await together(*(_drive_badly(n / at_once) for _ in range(at_once)))
     stops, drove_s = (sum(values) for values in list(zip(*found, strict=True))[:2])
     return [
@@ -60,7 +60,7 @@ async def nuisance(n: int, *, at_once: int = AT_ONCE) -> list[Row]:
 
 
 async def _drive_badly(for_s: float) -> tuple[int, float, float, float]:
-    """Return the stops, how long that was in s, and delay and lateness in ms."""
+    """Return the stops, for how many seconds the robot stood, and delay and lateness in ms."""
     bad = partial(put_behind, seed=_SEED, profile=BAD)
     async with staged(load=LIGHT) as stage, RawOperator(stage.server, on_socket=bad) as operator:
         await asyncio.sleep(2.0)  # the link's delay must be known at the turn's start
@@ -70,7 +70,7 @@ async def _drive_badly(for_s: float) -> tuple[int, float, float, float]:
         while time.monotonic() < since_s + for_s:
             await asyncio.sleep(0.5)
             stage.record.read()
-            # A longer lapse needs a new press, as a person would give it.
+            # A longer lapse needs a new press, which a person would give.
             if not stage.record.frames[-1].moves:
                 await stage.drive(operator)
         until_s = time.monotonic()

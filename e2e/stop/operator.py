@@ -1,4 +1,4 @@
-"""The suite's operator: the protocol's client, at full speed, who remembers what held them."""
+"""The suite's operator: the protocol's client, at full speed, who remembers what stopped them."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Browser:
-    """Whom the server knows again after a new connection, and in which of their tabs."""
+    """The identity that the server recognises after a reconnection, and one of its tabs."""
 
     cookies: aiohttp.CookieJar = field(default_factory=partial(aiohttp.CookieJar, unsafe=True))
     tab: str = field(default_factory=lambda: str(uuid.uuid4()))
 
 
 class RawOperator(Operator):
-    """`browser` is whose it is, by default a new one's; `options` are those of `Operator`."""
+    """`browser` is its identity, by default a new one; `options` are those of `Operator`."""
 
     def __init__(self, server: Server, *, browser: Browser | None = None, **options: Any) -> None:
-        private.install()  # a browser stays on a slow link, too, which aioice alone leaves
+        private.install()  # a browser also stays on a slow link, which aioice by itself leaves
         who = browser or Browser()
         super().__init__(
             server.url, client_id=who.tab, cookies=who.cookies, on_message=self._told, **options

@@ -32,7 +32,7 @@ _CLOSE_S: Final = 3.0
 
 
 class Chromium:
-    """One browser, one page, the key ahead."""
+    """One browser with one page, which drives ahead by a key."""
 
     def __init__(self, browser: Browser, pid: int, viewer: Viewer) -> None:
         self.viewer = viewer
@@ -90,7 +90,7 @@ async def chromiums() -> AsyncIterator[Launch]:
 
 
 class Tab:
-    """A tab that is hidden as a person does it, and drives by a key that is held."""
+    """A tab that drives by a held key, and that another tab can really hide."""
 
     clock: PageClock
     other: Page
@@ -106,7 +106,7 @@ class Tab:
         async with (
             async_playwright() as playwright,
             await launch_chromium(playwright, f"--remote-debugging-port={port}"),
-            # Pages of a browser that it launched Playwright tells that they are in front, always.
+            # Playwright tells pages of a browser that it launched that they are always in front.
             await playwright.chromium.connect_over_cdp(
                 f"http://127.0.0.1:{port}", no_defaults=True
             ) as browser,

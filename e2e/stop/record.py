@@ -1,6 +1,6 @@
 """The board's frames and motion, from its own log; pure except for reading the file.
 
-Times are CLOCK_MONOTONIC, which is `time.monotonic` of every process of this machine.
+Times are CLOCK_MONOTONIC, which all processes of this machine share as `time.monotonic`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """One frame that arrived whole and of this session; not every one is `taken`."""
+    """One frame that arrived undamaged and belongs to this session; not every one is `taken`."""
 
     at_s: float
     kind: str
@@ -38,7 +38,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Wheels:
-    """Their actual speed from now on."""
+    """The wheels' actual speed from now on."""
 
     at_s: float
     left_mmps: int
@@ -56,11 +56,11 @@ class Wheels:
 
 @dataclass(frozen=True, slots=True)
 class Stopping:
-    """The effects of a fault, in ms from it; None if it never came.
+    """The effects of a fault, in ms after it; None for an effect that never came.
 
-    `told_ms` ends with the first frame that stops, `by_itself_ms` with the board's own watchdog;
-    `travelled_mm` is the way until both wheels stand. `moved_again_ms` are the frames that would
-    have moved the robot between the first of the two and the end of the look.
+    `told_ms` ends with the first stopping frame, `by_itself_ms` with the board's own watchdog;
+    `travelled_mm` is the distance until both wheels stand. `moved_again_ms` are the frames that
+    would have moved the robot after the first of the two, until the end of the look.
     """
 
     told_ms: float | None
@@ -160,8 +160,8 @@ class Record:
     def _travelled_mm(self, since_s: float, until_s: float) -> float | None:
         """Return the distance of the faster wheel until both stand; None if they do not.
 
-        The board tells when its wheels begin to change their speed and when they have: between two
-        lines the higher speed counts, so that it is never too little.
+        The board logs when its wheels begin to change their speed and when they have done so.
+        Between two lines the higher speed counts, so that the distance is never too short.
         """
         next_one = bisect_right(self.wheels, since_s, key=lambda wheels: wheels.at_s)
         before = self.wheels[next_one - 1] if next_one else Wheels(since_s, 0, 0)

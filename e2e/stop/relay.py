@@ -1,6 +1,6 @@
 """The network between one peer and the server, which can be cut.
 
-It lies between the peer's ICE and its own sockets.
+It sits between the peer's ICE and its own sockets.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ _COMMAND_BYTES: Final = 120
 
 
 def is_command(packet: bytes) -> bool:
-    """Return whether this is a command, of which only the size shows: it is encrypted."""
+    """Return whether this is a command; because it is encrypted, only its size tells."""
     return len(packet) >= _COMMAND_BYTES and packet[0] in _DATA_CHANNELS
 
 
 class Relay:
-    """One peer's way to the server and back."""
+    """One peer's path to the server and back."""
 
     def __init__(self) -> None:
         self.last_command_s = 0.0
@@ -34,7 +34,7 @@ class Relay:
         self._is_cut = False
 
     def tap(self, protocol: Any) -> None:
-        """Lie between aioice's `protocol` and its socket, from now on."""
+        """Sit between aioice's `protocol` and its socket from now on."""
         transport, received = protocol.transport, protocol.datagram_received
         transport.sendto = partial(self._pass_on, transport.sendto, is_up=True)
         protocol.datagram_received = partial(self._pass_on, received, is_up=False)

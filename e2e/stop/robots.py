@@ -1,4 +1,4 @@
-"""The robots that the drivers drive, each with a record of what came over its wire."""
+"""The robots at the other end of the drivers, each with a record of what came over its wire."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 _HALF_BASE_M: Final = 0.15
 _SKETCH: Final = ROOT / "tests/robot/sketch.py"
 _MOTORS: Final = (12, 13)
-"""The pins that open the left and the right motor, in `[robot.gpio]` as it is by default."""
+"""The pins of the left and the right motor in `[robot.gpio]` by default."""
 
 
 def _frame(at_s: float, left: float, right: float) -> Iterator[dict[str, Any]]:
-    """Write a set-point as the board's log has it, and the wheels, which follow it at once."""
+    """Write a set-point as in the board's log, and the wheels' motion, which follows it at once."""
     speeds = {"left": round(left * 1000), "right": round(right * 1000)}
     yield {"t_s": at_s, "event": "frame", "type": "drive", "verdict": "taken", "turn": 0} | speeds
     yield {"t_s": at_s, "event": "wheels"} | speeds
@@ -47,7 +47,7 @@ def _twist(at_s: float, twist: Twist) -> Iterator[dict[str, Any]]:
 
 
 class Heard(Record):
-    """What a robot tells that is no file: `news` gives what is new, as events of a board."""
+    """A record that is no file: `news` returns what is new, as a board's events."""
 
     def __init__(self, news: Callable[[], Iterable[dict[str, Any]]]) -> None:
         super().__init__(Path())
@@ -73,13 +73,13 @@ def _of_sketch(event: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 class PinRecord(Record):
-    """A motor stays as open as it is, so that nothing is written until it changes."""
+    """A motor keeps its duty cycle, so nothing is written until it changes."""
 
     lasts_s = math.inf
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        path.touch()  # the driver writes to it once a pin changes
+        path.touch()  # the driver creates it when a pin changes
         self._open = dict.fromkeys(_MOTORS, 0.0)
 
     def read(self) -> None:
@@ -91,7 +91,7 @@ class PinRecord(Record):
 
 
 class SketchBoard(Board):
-    """ros_arduino_bridge behind a pseudo-terminal, by lines that a host would describe."""
+    """ros_arduino_bridge behind a pseudo-terminal, described by lines as a host would."""
 
     @property
     def robot(self) -> dict[str, Any]:
@@ -121,7 +121,7 @@ def _sketch(folder: Path) -> Robot:
 
 
 def _ros(base: Base | Bridge, **ros2: Any) -> Robot:
-    """Have a base of ROS 2, reached in one of three ways; it starts and ends often."""
+    """Make a ROS 2 base, reached in one of three ways; it starts and ends often."""
 
     def news() -> Iterator[dict[str, Any]]:
         for told in base.forget():
@@ -137,7 +137,7 @@ def _dds(_folder: Path, *, fast: bool) -> Robot:
 
 
 def _rosbridge(_folder: Path) -> Robot:
-    """Have a rosbridge server of the tests: no other is to be had here."""
+    """Make the tests' rosbridge server: no other one can be installed here."""
     bridge = Bridge()
     bridge.port = free_port()
     return _ros(bridge, transport="rosbridge", rosbridge_url=bridge.url)
@@ -146,7 +146,8 @@ def _rosbridge(_folder: Path) -> Robot:
 class _Rover:
     """A rover by another MAVLink library, armed and in GUIDED.
 
-    Its failsafe of the ground station would make somebody drive it on by hand each time.
+    Its ground-station failsafe waits 600 s: after it stops the rover, somebody must restart it by
+    hand.
     """
 
     def __init__(self) -> None:
@@ -190,7 +191,7 @@ def _mavlink(_folder: Path) -> Robot:
 
 
 def _pins(folder: Path) -> Robot:
-    """Have two motors on gpiozero's mock pins, which are in the driver's process."""
+    """Make two motors on gpiozero's mock pins, which are in the driver's process."""
     meter = folder / "pins.log"
     settings = {"driver": "e2e.stop.mock_pins:MeteredRobot", "gpio": {"guard": False}}
     return Robot(PinRecord(meter), settings, environment={METER: str(meter)})
@@ -200,8 +201,9 @@ def _pins(folder: Path) -> Robot:
 class Kind:
     """A driver, and how its robot stops when the driver's process is gone.
 
-    By its own time-out of `time_out_ms`, or told by a standby; neither where the pins go with the
-    process. Only `is_linked` ones have a link that can be cut.
+    The robot stops by its own timeout of `time_out_ms`, or because a standby tells it to; where
+    both are missing, the pins are cleared with the process. Only `is_linked` kinds have a link that
+    can be cut.
     """
 
     key: str
@@ -213,7 +215,7 @@ class Kind:
 
     @property
     def missing(self) -> str:
-        """What this machine lacks for it, empty for nothing."""
+        """Why this machine cannot run it; empty if it can."""
         if self.key == "ros2-fast" and not Path("/usr/include/fastdds/dds").is_dir():
             return "Fast DDS: sudo apt-get install -y g++ libfastrtps-dev"
         if self.key == "mavlink" and shutil.which("cargo") is None:

@@ -49,12 +49,12 @@ class Load:
         return f"{self.what}, {self.observers} observers"
 
     def beside(self, servers: int) -> str:
-        """Say it where so many servers serve at once."""
+        """Return the load in words, with the number of servers that run at once."""
         return f"{self}, {servers} such servers at once" if servers > 1 else str(self)
 
 
 DEFAULT: Final = Load("640×480 at 30 fps, sound", toml.MEDIA, 20)
-"""The product's own: everything as shipped."""
+"""The product as shipped."""
 
 _SMALL: Final = {"width": 320, "height": 240, "fps": 15.0}
 LIGHT: Final = Load(
@@ -72,7 +72,7 @@ _PRESSES: Final = 6
 _PRESS_S: Final = 1.5
 
 _STEADY_FRAMES: Final = 5
-"""This many equal speeds in a row: two may fall in one period, but not five while it rises."""
+"""The speed is steady after this many equal ones in a row: two may fall in one period of a rise."""
 _RAMP_S: Final = 1.5
 
 _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
@@ -80,7 +80,7 @@ _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
 STOPS_AT_EACH_TRIAL: Final = {
     "stop": {"max_per_minute": 10_000, "max_per_minute_per_address": 10_000, "release_after_s": 0}
 }
-"""For observers who press Stop in each trial, far more often than people may."""
+"""Lets observers press Stop in each trial, far more often than people may."""
 
 
 async def _nothing() -> None:
@@ -89,10 +89,10 @@ async def _nothing() -> None:
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """A robot beyond a driver's link: a record of what came, and `[robot]` for it.
+    """The robot at the other end of a driver's link: its record, and `[robot]` for it.
 
     `start` makes it ready to be driven, `stop` ends it and is safe to call twice; `cut` cuts its
-    link, and `mend` brings that back.
+    link, and `mend` restores it.
     """
 
     record: Record
@@ -114,7 +114,7 @@ def firmware(folder: Path) -> Robot:
 
 
 class Stage:
-    """A robot, and the server that has found it."""
+    """A robot, and the server that is connected to it."""
 
     def __init__(self, robot: Robot, server: Server, load: Load) -> None:
         self.robot = robot
@@ -130,7 +130,7 @@ class Stage:
             await self.answers()
 
     async def hold(self, observers: int) -> None:
-        """Have so many observers, none for a server that is no more."""
+        """Have this many observers; none if the server is gone."""
         if self.crowd is not None:
             await self.crowd.hold(observers)
 
@@ -170,7 +170,7 @@ class Stage:
         return await happens(is_moving, within_s=within_s, every_s=0.005)
 
     async def moving(self, press: Callable[[], Awaitable[None]]) -> None:
-        """Press, again if the server requires it, until the robot moves."""
+        """Press, and again if the server requires it, until the robot moves."""
         for _ in range(_PRESSES):
             await press()
             if await self.moves(_PRESS_S):
@@ -213,7 +213,7 @@ async def random_phase() -> None:
 
 
 async def together(*works: Coroutine[Any, Any, T]) -> list[T]:
-    """Do all at once; where one fails, end the others and raise its error."""
+    """Run all at once; if one fails, end the others and raise its error."""
     try:
         async with asyncio.TaskGroup() as group:
             tasks = [group.create_task(work) for work in works]
@@ -232,7 +232,7 @@ async def staged(
 ) -> AsyncIterator[Stage]:
     """Set up a stage in a temporary folder; `settings` override `tables`.
 
-    `end` makes the robot: it is at the other end of the driver's link.
+    `end` makes the robot at the other end of the driver's link.
     """
     drivers: list[int] = []
     with TemporaryDirectory(prefix="wax-stop-") as folder:
@@ -242,7 +242,7 @@ async def staged(
         server.environment |= dict(robot.environment) | dict(environment or {})
         stage = Stage(robot, server, load)
         async with AsyncExitStack() as leaving:
-            # A person aboard keeps it, when its server is gone.
+            # With a person aboard, the driver's process outlives its server.
             leaving.callback(_kill, drivers)
             await robot.start()
             leaving.push_async_callback(robot.stop)

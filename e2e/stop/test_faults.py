@@ -1,4 +1,4 @@
-"""The suite, short: each fault stops the robot in time, and is late if a watchdog is slow."""
+"""The suite, briefly: each fault stops the robot in time, and too late if a watchdog is slow."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ async def scene() -> AsyncIterator[Scene]:
 
 @pytest.mark.parametrize("key", ONE_STAGE)
 async def test_a_fault_stops_the_robot(scene: Scene, key: str) -> None:
-    """It stands in time, nothing late moves it, and driving again needs a new press."""
+    """It stops in time, nothing late moves it, and driving again needs a new press."""
     assert_met(rows_of(BY_KEY[key], await repeated(BY_KEY[key], scene, TRIALS)))
 
 
@@ -64,7 +64,7 @@ async def test_a_fault_stops_the_robot(scene: Scene, key: str) -> None:
     "key", ["network-vanishes", pytest.param("browser-frozen", marks=pytest.mark.full)]
 )
 async def test_an_operator_who_is_gone_stops_the_robot(key: str) -> None:
-    """It is told to stand within 200 ms, at full speed within 0.3 m, key held down."""
+    """It is told to stop in 200 ms, or at full speed stops in 0.3 m, although the key is held."""
     assert_met(await measure(BY_KEY[key], _trials(BY_KEY[key]), load=LIGHT))
 
 
@@ -79,19 +79,19 @@ async def test_an_operator_who_is_gone_stops_the_robot(key: str) -> None:
     ids=lambda one: str(one.key),
 )
 async def test_each_fault_stops_each_robot(fault: Fault) -> None:
-    """Every fault of the table, with every robot that it may befall."""
+    """Every fault of the table, on every robot that it can affect."""
     assert_met(await measure(fault, _trials(fault), load=LIGHT))
 
 
 def _trials(fault: Fault) -> int:
-    """Once, where two trials would be two browsers and servers beside each other, late by that."""
+    """Return one trial where two would run browsers and servers at once, which delays them."""
     return TRIALS if fault.at_once == 1 else 1
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("key", ["stop-in-flood", "stop-in-flood: own"])
 async def test_stop_is_heard_in_a_flood(key: str) -> None:
-    """The flood is one that a shared machine can carry; in another the flooder's own waits."""
+    """A shared machine can carry this flood; in a larger one the flooder's own Stop waits."""
     weak = replace(BY_KEY[key], prop=partial(flooded, rate_hz=3000.0))
     assert_met(await measure(weak, 4, load=LIGHT))
 
@@ -115,7 +115,7 @@ _SLOW_GATE = {"drive": {"max_age_ms": 1000.0, "max_command_age_ms": 2000.0}}
 async def test_without_a_watchdog_the_stop_is_late(
     key: str, kind: Kind, settings: dict[str, Any]
 ) -> None:
-    """Each is missed on its own, though the next one stops the robot later."""
+    """Each deadline is missed on its own, although the next watchdog stops the robot later."""
     rows = await measure(BY_KEY[key], 1, kinds=[kind], load=LIGHT, **settings)
     assert not any(row.met for row in rows)
 
@@ -130,7 +130,7 @@ async def test_a_page_that_holds_on_does_not_stop() -> None:
 
 @pytest.mark.full
 async def test_a_load_that_did_not_hold_is_no_result() -> None:
-    """Where observers are gone at the end, nothing that was measured counts."""
+    """If observers are gone at the end, none of the measurements counts."""
 
     async def lose_them() -> None:
         async with staged(load=replace(DEFAULT, observers=2)) as stage:
@@ -147,7 +147,7 @@ async def test_a_load_that_did_not_hold_is_no_result() -> None:
 
 @pytest.mark.full
 async def test_nothing_of_an_old_turn_moves_the_robot() -> None:
-    """Left, over, vanished, crashed or come back: a stop, and nothing of the old turn after it."""
+    """Left, expired, vanished, crashed or reconnected: a stop ends each turn, and nothing follows."""
     rows = await hand_over(6, load=LIGHT)
     assert rows[0].met, rows[0]
     assert min(rows[0].detail[ending] for ending in get_args(Ending)) >= 1
@@ -155,7 +155,7 @@ async def test_nothing_of_an_old_turn_moves_the_robot() -> None:
 
 @pytest.mark.full
 async def test_a_bad_link_is_measured() -> None:
-    """The link is as bad as it shall be, and over it the robot drives nearly all the time."""
+    """The link is as bad as configured, and the robot still drives nearly all the time."""
     (found,) = await nuisance(10, at_once=1)
     assert found.detail["stops"] <= 1
     assert found.detail["one_way_ms"] >= 30

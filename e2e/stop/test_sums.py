@@ -34,7 +34,7 @@ def test_a_stop_is_timed_to_its_first_frame() -> None:
 
 
 def test_the_way_to_standstill_is_never_too_short() -> None:
-    """The faster wheel counts, whichever way it turns, and of a span its faster end."""
+    """The faster wheel counts, in either direction, and for each span the faster of its ends."""
     seen = record(frame(1.0), wheels(1.0, 600), frame(1.1, "stop"), wheels(1.1, 580))
     assert seen.stopping(1.05, 2.0).travelled_mm is None
     seen.take([wheels(1.13, 0), wheels(1.5, 300), wheels(1.6, 0)])
@@ -46,14 +46,14 @@ def test_the_way_to_standstill_is_never_too_short() -> None:
 
 
 def test_motion_after_a_stop_is_counted() -> None:
-    """Each frame that moves the robot after it was stopped is wrong, and told with its time."""
+    """Each frame that moves the robot after it was stopped is wrong, and has its time."""
     seen = record(frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), frame(1.2), frame(1.3))
     assert seen.stopping(1.05, 2.0).moved_again_ms == pytest.approx([150, 250])
     assert seen.stopping(1.05, 1.25).moved_again_ms == pytest.approx([150])
 
 
 def test_a_stop_that_never_comes_has_no_time() -> None:
-    """A robot that keeps moving is told as None, which misses every goal (`tests.measure`)."""
+    """For a robot that keeps moving the time is None, which misses every goal (`tests.measure`)."""
     seen = record(frame(1.0), wheels(1.0, 100), frame(1.1), frame(1.2))
     stopping = seen.stopping(1.05, 2.0)
     assert stopping.told_ms is None
@@ -71,8 +71,8 @@ def test_a_robot_that_stood_before_was_not_moving() -> None:
 DIRECTIONS = {1: 1, 2: -1}
 
 
-def test_a_good_switch_is_a_stop_and_then_the_new_hands() -> None:
-    """Nothing is wrong with it."""
+def test_a_good_switch_is_a_stop_and_then_the_new_operator() -> None:
+    """A stop between two operators' frames is no fault."""
     stop, back = frame(1.15, "stop", turn=2), frame(1.2, speed=-100, turn=2)
     good = record(frame(1.0), frame(1.1, "stop"), stop, back).frames
     found = switches(good, DIRECTIONS)
@@ -86,7 +86,7 @@ def test_a_late_frame_is_found_though_the_board_refuses_it() -> None:
     assert (found.old, found.foreign, found.without_stop) == (1, 0, 1)
 
 
-def test_the_hands_of_the_operator_before_are_found_under_the_new_number() -> None:
+def test_the_previous_operators_motion_is_found_under_the_new_number() -> None:
     """Motion is foreign if the turn's operator drives the other way, or never had the turn."""
     frames = record(frame(1.0), frame(1.1, "stop"), frame(1.2, turn=2), frame(1.3, turn=3)).frames
     assert switches(frames, DIRECTIONS).foreign == 2
