@@ -1,1 +1,1 @@
-"""Delay: WAX and its peers over emulated networks, read by one instrument."""
+"""Delay: WAX and its peers over emulated networks, measured by one instrument."""

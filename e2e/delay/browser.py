@@ -1,4 +1,4 @@
-"""The browser that watches: Chromium at the browser's end of a link, heard by an ear of its own."""
+"""The browser that watches: Chromium at the link's browser end, with a sound device of its own."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LOAD_WITHIN_MS: Final = 120_000.0
 
 
 class Browser:
-    """One process with many windows, each visible to itself, and one sound device: `ear`."""
+    """One process with many windows, each visible to itself, and one sound device, `ear`."""
 
     def __init__(self, browser: Playing, ear: Ear) -> None:
         self._browser = browser
@@ -38,9 +38,9 @@ class Browser:
 
     @asynccontextmanager
     async def window(self, preload: str) -> AsyncIterator[Page]:
-        """Have a page without a past; the script `preload` runs in it before its own ones."""
-        # With the microphone allowed Chromium offers its address. Else it offers a name to be
-        # asked for by multicast, which a server without WAX's remedy does in vain for a second.
+        """Open a page with no cookies or cache; `preload` runs in it before its own scripts."""
+        # With the microphone allowed, Chromium offers its address. Otherwise it offers a name to be
+        # resolved by multicast, which a server without WAX's remedy tries in vain for a second.
         context = await self._browser.new_context(
             bypass_csp=True, locale="en-GB", permissions=["microphone"]
         )
@@ -55,7 +55,7 @@ class Browser:
 
 @asynccontextmanager
 async def open_browser(link: Link, *flags: str) -> AsyncIterator[Browser]:
-    """Have it inside the block; to it the link's server is secure, and sound needs no touch.
+    """Run it inside the block: the link's server is secure to it, and sound needs no touch.
 
     Raises `NotRunError` or `MeasureError`.
     """

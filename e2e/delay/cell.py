@@ -12,28 +12,28 @@ GOALS: Final = "G"
 
 
 class Cell(BaseModel):
-    """What is done once; two cells with the same `key` are the same measurement."""
+    """One measurement; two cells with the same `key` are repetitions of it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     experiment: str = GOALS
-    """What for: the goals, or what only a long run measures (`e2e.delay.plan`)."""
+    """The purpose: the goals, or what only a long run measures (`e2e.delay.plan`)."""
     profile: str
     system: SystemName
     audio_mu_ms: int | None = None
-    """Only for ``thesis``; 500 where it is None."""
+    """Only for ``thesis``; None means 500."""
     player: Literal["auto", "browser", "built-in"] = "auto"
-    """Who plays WAX's sound on the page."""
+    """Which player plays WAX's sound on the page."""
     viewers: int = 1
-    """All but the first only count what they get."""
+    """The number of viewers; all but the first only count what they get."""
     slow: int = 0
-    """So many of those are behind a modem each."""
+    """This many of the viewers are behind a modem each."""
     drives: bool = False
     """Whether the page holds a key all the time; only for ``operator``."""
     seconds: float = 15.0
     """How long is measured, from the first picture on."""
     repeat: int = 0
-    """Which repetition this is, and what seeds the link's chance."""
+    """The number of the repetition, which also seeds the link's random choices."""
 
     @property
     def variant(self) -> str:

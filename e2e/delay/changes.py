@@ -1,4 +1,4 @@
-"""What a link that changes does to the picture: how long until it is fresh, good, full again."""
+"""How a change of the link affects the picture: how long until it is fresh, good and full again."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from e2e.instrument.bursts import Series
 
 STALL_MS: Final = 200.0
-"""Two video MUs: where ten pictures a second are the rule, one is missing (after 5.3)."""
+"""Two video MUs: at ten pictures a second, one is missing (after 5.3)."""
 RECOVERED_MS: Final = 100.0
 SILENCE_MS: Final = 1500.0
 """After a gap of this length, judgement restarts."""
 FRESH_MS: Final = 300.0
 FULL_RATE: Final = 27.0
-"""Nine tenths of the 30 pictures a second that every system is asked for."""
+"""Nine tenths of the 30 pictures a second that every system is configured for."""
 HELD_MS: Final = 1000.0
 _FULL: Final = (640, 480)
 
@@ -27,9 +27,9 @@ _FULL: Final = (640, 480)
 def after_changes(
     readings: Readings, worse_ms: float, whole_ms: float, end_ms: float
 ) -> dict[str, float | None]:
-    """Sum up: the link was made worse, was whole again, and the cell ended, Unix ms.
+    """Return the figures; the link got worse and was whole again, and the cell ended, in Unix ms.
 
-    None is what was never reached.
+    None means never reached.
     """
     ages = picture_ages(readings.pictures)
     shown = sized(readings.pictures, _FULL)
@@ -43,7 +43,7 @@ def after_changes(
 
 
 def standing(ages: Series) -> Series:
-    """Add, before each picture that came late, how old the one before had become by then."""
+    """Before each late picture, insert the age that the previous one had reached by then."""
     found: Series = ages[:1]
     for (before_ms, before_age_ms), (at_ms, age_ms) in pairwise(ages):
         if at_ms - before_ms >= STALL_MS:
@@ -53,10 +53,10 @@ def standing(ages: Series) -> Series:
 
 
 def recovery_ms(series: Series, began_ms: float, at_ms: float) -> float | None:
-    """From `at_ms` until the age is as it was before the changes, and stays so for a second.
+    """Return the time from `at_ms` until the age is as before the changes for a second.
 
-    As it was: at most `RECOVERED_MS` above the median before `began_ms`. None when that is not
-    reached, or when there was nothing before.
+    As before means at most `RECOVERED_MS` above the median before `began_ms`. None if that is never
+    reached, or if there was nothing before.
     """
     before = [value for when_ms, value in series if when_ms < began_ms]
     if not before:
@@ -78,9 +78,9 @@ def recovery_ms(series: Series, began_ms: float, at_ms: float) -> float | None:
 
 
 def fresh_after_ms(ages: Series, step_ms: float, end_ms: float) -> float | None:
-    """From a step until the picture is, and stays for 1 s, younger than `FRESH_MS`.
+    """Return the time from a step until the picture stays younger than `FRESH_MS` for 1 s.
 
-    Between two pictures the older one grows old. None where that is not reached before `end_ms`.
+    Between two pictures the older one ages. None if that is not reached before `end_ms`.
     """
     fresh_ms = step_ms
     last_ms = max([at_ms for at_ms, _ in ages if at_ms <= end_ms], default=step_ms)
@@ -96,7 +96,7 @@ def fresh_after_ms(ages: Series, step_ms: float, end_ms: float) -> float | None:
 
 
 def full_after_ms(shown: list[tuple[float, bool]], from_ms: float) -> float | None:
-    """From a moment until pictures come in full size at the full rate for 1 s; None if never."""
+    """Return the time until pictures are full size at the full rate for 1 s; None if never."""
     times = [at_ms for at_ms, _ in shown]
     for place, (at_ms, _) in enumerate(shown):
         if at_ms < from_ms or times[-1] < at_ms + HELD_MS:

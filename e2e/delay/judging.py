@@ -1,4 +1,4 @@
-"""What is asked for, and how it is judged: medians over the repetitions, beside others' medians."""
+"""The goals, and how they are judged: medians over the repetitions, compared with the peers'."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COLUMNS: Final = (OURS, BROWSERS, *(SYSTEMS[system] for system in _SYSTEMS))
 
 
 class Found(NamedTuple):
-    """One cell with its figures by name: None was looked for and never reached."""
+    """One cell with its figures by name; None means measured but never reached."""
 
     cell: Cell
     values: Mapping[str, float | None]
@@ -32,11 +32,11 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """`profile` and `system` are whose cells; judged is the median of `measure` over them.
+    """A goal for the median of `measure` over the cells of `profile` and `system`.
 
-    It is `at_most` or `at_least` that, and at most `times` the least of the columns `of`, and
-    `plus`. Of what has a sign, as a drift, the size is judged. Of a ``crowd`` it is what comes on
-    top of the cells of one viewer.
+    It must be `at_most` or `at_least` this number, and at most `times` the least of the columns
+    `of`, plus `plus`. A figure with a sign, such as a drift, is judged by its size. For a ``crowd``
+    the figure is the increase over the cells with one viewer.
     """
 
     profile: str
@@ -57,7 +57,7 @@ class Goal:
 
 
 def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
-    """Give the goals, the long ones last; `drives` are recorded drives over cellular links."""
+    """Yield the goals, the long ones last; `drives` are recorded drives over cellular links."""
     here, drives_it, observes = "same-machine", _OPERATOR, _OBSERVER
     picture, sound, skew = "picture_age_p95_ms", "sound_age_p50_ms", "joined_skew_p95_ms"
     peers: Any = {"of": (SYSTEMS["stock"], SYSTEMS["livekit-whip"])}
@@ -119,7 +119,7 @@ def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
 
 
 def found(rows: Iterable[Row]) -> list[Found]:
-    """Take the cells of a suite's rows; rows of other cases are left out."""
+    """Return the cells among a suite's rows; rows of other cases are left out."""
     return [
         Found(Cell.model_validate(row.detail["cell"]), row.values)
         for row in rows
@@ -128,14 +128,14 @@ def found(rows: Iterable[Row]) -> list[Found]:
 
 
 def judged(rows: Sequence[Row]) -> list[Row]:
-    """Judge every goal of which there is a cell of ours; recorded drives by their names."""
+    """Judge every goal for which there is a cell of ours; recorded drives by their names."""
     cells = found(rows)
     drives = sorted({one.cell.profile for one in cells if one.cell.experiment == "drive"})
     return [judge(goal, cells) for goal in goals(drives) if _cells(goal, cells, OURS)]
 
 
 def judge(goal: Goal, cells: Sequence[Found]) -> Row:
-    """Judge one. What never came, or came with no picture, has missed it."""
+    """Judge one goal. A figure that never came, or came without a picture, has missed it."""
     values = {column: _value(goal, cells, column) for column in COLUMNS}
     value = values[OURS]
     is_floor = goal.at_least is not None
@@ -178,7 +178,7 @@ def _what(goal: Goal) -> str:
 
 
 def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:
-    """Take the cells of a column; a system has its own, those of WAX are by who is asked for."""
+    """Return the cells of a column: a peer's system, or WAX as seen by the goal's viewer."""
 
     def has(cell: Cell) -> bool:
         if column in (OURS, BROWSERS):
@@ -196,7 +196,7 @@ def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:
 
 
 def _value(goal: Goal, cells: Sequence[Found], column: str) -> float | None:
-    """Give the median; None where in most of the cells it was looked for and never reached."""
+    """Return the median; None if most of the cells measured it and never reached it."""
     tried = [one.values for one in _cells(goal, cells, column) if goal.measure in one.values]
     if 2 * sum(values[goal.measure] is None for values in tried) > len(tried):
         return None
@@ -205,7 +205,7 @@ def _value(goal: Goal, cells: Sequence[Found], column: str) -> float | None:
 
 
 def _numbers(goal: Goal, cells: Sequence[Found], column: str) -> list[float]:
-    """Give one number for each repetition."""
+    """Return one number for each repetition."""
     here = _cells(goal, cells, column)
     numbers = [abs(value) for one in here if (value := one.values.get(goal.measure)) is not None]
     if goal.kind == "cells":
@@ -216,7 +216,7 @@ def _numbers(goal: Goal, cells: Sequence[Found], column: str) -> list[float]:
 
 
 def _load(goal: Goal, ours: Sequence[Found]) -> str:
-    """Say how long was measured, and of a crowd how many and how busy the machine was."""
+    """Say how long was measured and, for a crowd, how large it was and how busy the machine."""
     cell = ours[0].cell
     if goal.kind == "cells":
         return f"{cell.seconds:g} s"

@@ -1,4 +1,4 @@
-"""The figures of a cell: their names, and how a person calls them."""
+"""The figures of a cell: their names and their labels."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ MEASURES: Final[dict[str, tuple[str, str]]] = {
 def measured(
     cell: Cell, readings: Readings, settle_s: float, changes_began_ms: float | None = None
 ) -> dict[str, float | None]:
-    """Take every figure that the readings have; None was looked for and never reached."""
+    """Return every figure that the readings have; None means measured but never reached."""
     within = window(readings, settle_s=settle_s)
     found: dict[str, float | None] = {**figures(readings, within)}
     steps_s = changes_s(cell.profile)

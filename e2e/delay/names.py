@@ -1,4 +1,4 @@
-"""Systems and profiles as a person calls them, in the order in which tables have them."""
+"""The labels of systems and profiles, in the order of the tables."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ from e2e.link import load
 SystemName = Literal[
     "thesis", "audio-master", "operator", "video-first", "stock", "livekit", "livekit-whip"
 ]
-"""``audio-master`` is the observer's default, ``operator`` what a driver gets, on the page too.
-
-``livekit`` is published by its Python SDK as its quick start has it, ``livekit-whip`` by WHIP with
-one layer.
-"""
+"""``audio-master`` is the observer's default, ``operator`` the operator's, also on the page.
+``livekit`` is published by its Python SDK as in its quick start, ``livekit-whip`` by WHIP with one
+layer."""
 SYSTEMS: Final[dict[SystemName, str]] = {
     "operator": "operator",
     "audio-master": "observer",
@@ -40,7 +38,7 @@ GIVEN: Final = (
     "teleoperation, fed by WHIP with one VP8 layer of 1 Mbit/s; adaptive stream off, since there "
     "is one layer to choose from.",
 )
-"""What each system was given, a sentence each."""
+"""How each system was set up, a sentence each."""
 AGE: Final = (
     "The age of a picture begins when the system under test gets it, and ends when the browser "
     "hands it to its compositor. Left out, with every system alike, are a camera’s exposure and "
@@ -55,11 +53,11 @@ profile: Final = cache(load)
 
 
 def shown(name: str) -> str:
-    """Name a profile as a person does, who has recorded drives in a folder of their own."""
+    """Return a profile's label; recorded drives are in a folder of the user's own."""
     return Path(name).stem
 
 
 def changes_s(name: str) -> list[float]:
-    """When a profile changes, seconds from the begin of its changes."""
+    """When a profile changes, in seconds from the start of its changes."""
     ways = (profile(name).down, profile(name).up)
     return sorted({change.at_s for way in ways for change in way.changes})

@@ -23,11 +23,11 @@ DRIVES: Final = "WAX_DRIVES"
 """The environment variable that names a folder of recorded drives: mahimahi's traces, NAME.down and
 NAME.up."""
 _RUN_S: Final = 7.0
-"""Link, browser, server, first picture and reading, beside the time that is measured."""
+"""Link, browser, server, first picture and reading, in addition to the measured time."""
 _FIRST_BYTES: Final = 100_000
-"""What goes over the link until there is a picture."""
+"""The bytes that a first picture takes over the link."""
 _JOIN_S: Final = 0.5
-"""For each of the crowd."""
+"""For each viewer of the crowd."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ _OURS: Final[tuple[tuple[Any, ...], ...]] = (
     ("step-down", "operator", {"seconds": 28.0}),
     ("outage", "operator"),
 )
-"""Profile, system and what differs from a cell as it is by default; each several times."""
+"""Profile, system and what differs from a default cell; each several times."""
 _BESIDE: Final[tuple[tuple[Any, ...], ...]] = (
     *product(("same-machine", "internet-5m"), ("thesis", *PEERS)),
     ("same-machine", "operator", {"player": "browser"}),
@@ -80,15 +80,15 @@ _BESIDE: Final[tuple[tuple[Any, ...], ...]] = (
     ("stalls", "stock", {"seconds": 20.0}),
     ("satellite", "stock"),
 )
-"""What a goal compares with, or what stands beside it; each once."""
+"""The cells for comparison, or shown next to a goal's; each once."""
 _CROWDED: Final[tuple[SystemName, ...]] = ("thesis", "operator", "stock")
-"""With a crowd of observers, who are audio-master's, the page is the operator's."""
+"""With a crowd of observers under audio-master, the page is the operator's."""
 _DRIVEN: Final[tuple[SystemName, ...]] = ("operator", "audio-master", "stock")
 _CROWD: Final = ("same-machine", "operator", {"viewers": 41, "slow": 4})
 
 
 def planned() -> list[Planned]:
-    """Give the cells, the published ones by link; raises `MeasureError` for a folder of none."""
+    """Return the cells, the published ones by link; raises `MeasureError` without any drives."""
     once = [
         *(Planned(_cell(*one), REPEATS) for one in _OURS),
         *(Planned(_cell(*one), 1) for one in _BESIDE),

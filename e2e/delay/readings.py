@@ -1,7 +1,7 @@
 """What the instrument reads on one page: raw series in columns, nothing summed up yet.
 
-All times are Unix milliseconds. Both ends of the link are on one machine, so the server's
-stamps and the browser's readings are on the same clock.
+All times are Unix milliseconds. Both ends of the link are on one machine, so the server's stamps
+and the browser's readings use the same clock.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class _Columns(BaseModel):
-    """Lists of one length; the i-th of each belong together."""
+    """Lists of one length; the elements with one index belong together."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -27,13 +27,13 @@ class Pictures(_Columns):
 
     at_ms: list[float] = []
     stamp_ms: list[float | None] = []
-    """What its test card says, whole Unix time; None where it cannot be read."""
+    """The test card's time in whole Unix ms; None where it cannot be read."""
     width: list[int] = []
     height: list[int] = []
 
 
 class Sound(_Columns):
-    """One row for each 10 ms as they were played."""
+    """One row for each 10 ms of played sound."""
 
     start_ms: list[float] = []
     tone: list[float] = []
@@ -57,9 +57,9 @@ class Counters(_Columns):
     concealed_samples: list[float | None] = []
     concealment_events: list[float | None] = []
     stretched_samples: list[float | None] = []
-    """Put in where sound was played slowly, to wait for more."""
+    """Samples inserted where sound was played slowly, to wait for more."""
     sound_buffer_ms: list[float | None] = []
-    """Mean jitter buffer delay since the look before."""
+    """Mean jitter buffer delay since the previous look."""
     received_bytes: list[float | None] = []
     """All that the transport received: RTP, RTCP, data channels."""
     sent_bytes: list[float | None] = []
@@ -75,7 +75,7 @@ class PlayerSound(_Columns):
 
 
 class Commands(_Columns):
-    """One row for each ping over a data channel that was answered (WAX only)."""
+    """One row for each answered ping over a data channel (WAX only)."""
 
     at_ms: list[float] = []
     round_trip_ms: list[float] = []
@@ -88,14 +88,14 @@ class SetPoints(_Columns):
 
 
 class Connections(_Columns):
-    """One row for each change of the state of any of the page's peer connections."""
+    """One row for each change of state of any of the page's peer connections."""
 
     at_ms: list[float] = []
     state: list[str] = []
 
 
 class Readings(BaseModel):
-    """One page from its opening to the last look."""
+    """One page, from its opening to the last look."""
 
     model_config = ConfigDict(extra="forbid")
 

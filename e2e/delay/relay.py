@@ -1,8 +1,8 @@
-"""A TCP server of one end, reached from outside by a Unix socket, which knows no namespaces.
+"""A TCP server at one end, reached from outside by a Unix socket, which ignores namespaces.
 
-``python -m e2e.delay.relay SOCKET HOST PORT`` listens on SOCKET, writes an empty line when it does,
-and hands each connection on to HOST:PORT. It ends when its standard input does, which is when
-whoever started it has ended.
+``python -m e2e.delay.relay SOCKET HOST PORT`` listens on SOCKET, then writes an empty line, and
+forwards each connection to HOST:PORT. It ends with its standard input, so it outlives nobody who
+started it.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _PIECE_BYTES: Final = 65_536
 
 @asynccontextmanager
 async def http_through(end: End, host: str, port: int) -> AsyncIterator[aiohttp.ClientSession]:
-    """Give a client whose every connection goes to `host` and `port` as seen from `end`.
+    """Yield a client whose every connection goes to `host` and `port` as seen from `end`.
 
-    Nobody need listen there yet. Raises `MeasureError` when there is no relay.
+    Nobody need listen there yet. Raises `MeasureError` if the relay does not start.
     """
-    # Of its own and not in the caller's folder, since a socket's path has at most 107 characters.
+    # In a folder of its own, not the caller's, since a socket's path has at most 107 characters.
     with tempfile.TemporaryDirectory(prefix="lab-") as folder:
         path = f"{folder}/relay"
         relay = child(
@@ -64,13 +64,13 @@ async def _hand_on(reader: StreamReader, writer: StreamWriter, host: str, port: 
     try:
         from_there, to_there = await asyncio.open_connection(host, port)
     except OSError:
-        writer.close()  # as a refused connection: whoever asks tries again
+        writer.close()  # looks like a refused connection: the client tries again
         return
     await asyncio.gather(_pump(reader, to_there), _pump(from_there, writer))
 
 
 async def _pump(source: StreamReader, sink: StreamWriter) -> None:
-    """Hand on one direction; its end is the end of both."""
+    """Forward one direction; its end is the end of both."""
     with suppress(OSError):
         while piece := await source.read(_PIECE_BYTES):
             sink.write(piece)

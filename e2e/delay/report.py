@@ -1,6 +1,6 @@
-"""``python -m e2e.delay.report``: all that a suite's results hold, link by link, as text.
+"""``python -m e2e.delay.report``: all results of a suite, link by link, as text.
 
-Each system's figures stand beside what the thesis says of that link.
+Each system's figures are next to what the thesis says of that link.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def lines(results: Sequence[Result]) -> Iterator[str]:
-    """Tell what was found, and what failed, of the newest product."""
+    """Yield what was found, and what failed, for the newest product."""
     cells = found(row for result in results for row in result.rows)
     if results:
         yield f"Commit {results[-1].origin.commit}, {results[-1].origin.machine}."
@@ -60,7 +60,7 @@ def _who(cell: Cell) -> str:
 
 
 def _value(measure: str, cells: Sequence[Found]) -> str:
-    """Write the median, and each repetition's number if there are several; "" for none."""
+    """Return the median, and each repetition's number if there are several; "" for none."""
     tried = [one.values[measure] for one in cells if measure in one.values]
     known = [value for value in tried if value is not None]
     if not tried:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 async def _instrument(n: int) -> list[Row]:
-    """Measure the instrument's own error, once whatever is asked for."""
+    """Measure the instrument's own error, once, whatever `n` is."""
     with TemporaryDirectory(prefix="wax-delay-") as folder:
         async with Link("same-machine") as link, open_browser(link) as browser:
             return await own_error(link, browser, Path(folder))
@@ -50,14 +50,14 @@ def _of(one: Planned) -> Case:
 
 
 def derive(rows: list[Row]) -> list[Row]:
-    """Judge the cells; of what is timed the judged quantile stands in the column of WAX."""
+    """Judge the cells; the judged quantile of a timed figure is in WAX's column."""
     by_key = {row.key: row for row in rows if "cell" not in row.detail}
     own = [row for row in by_key.values() if row.key.startswith("instrument/")]
     return [*own, *judged(rows), *_timed(by_key, [row.key for row in own])]
 
 
 def _timed(by_key: dict[str, Row], but: Sequence[str]) -> Iterator[Row]:
-    """Set a peer's value into its column, and let the worse of a press and its release stand."""
+    """Put a peer's value into its column, and keep the worse of a press and its release."""
     for key, row in by_key.items():
         if key in but or ": " in key:
             continue

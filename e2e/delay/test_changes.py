@@ -17,13 +17,13 @@ DROP = [(5, 30, 50, 640), (6, 30, 400, 640)]
 
 
 def test_a_standing_picture_grows_old() -> None:
-    """Before a picture that comes late stands how old the one before had become."""
+    """Before a late picture the series has the age that the previous one had reached."""
     ages = [(0.0, 50.0), (33.0, 50.0), (1033.0, 60.0)]
     assert changes.standing(ages) == [*ages[:2], (1033.0, 1050.0), ages[2]]
 
 
 def _ages(*parts: tuple[float, float, float]) -> list[tuple[float, float]]:
-    """From, to (ms) and age: a picture every 50 ms."""
+    """A picture every 50 ms, from and to (ms), with an age."""
     return [
         (begin + 50.0 * number, age_ms)
         for begin, end, age_ms in parts
@@ -44,7 +44,7 @@ def test_recovered_is_good_again_and_for_a_second() -> None:
     ids=["nothing before", "silence after"],
 )
 def test_what_cannot_be_told_is_no_recovery(ages: Series) -> None:
-    """Without a before there is nothing to come back to; single pictures make no good second."""
+    """Without a before there is nothing to return to; single pictures make no good second."""
     assert changes.recovery_ms(ages, 5000.0, 5000.0) is None
 
 
@@ -56,21 +56,21 @@ def test_what_cannot_be_told_is_no_recovery(ages: Series) -> None:
         ([*DROP, (6.5, 30, 90, 640), (7, 30, 500, 64)], None),
         ([*DROP, (6.5, 30, 90, 640), (7, 30, 500, 64), (20, 30, 90, 64)], 2000),
         ([(5, 30, 50, 640), (20, 30, 400, 640)], None),
-        # One picture stands, and grows old, until the next comes at 9 s.
+        # One picture is frozen, and ages, until the next comes at 9 s.
         ([(5, 30, 50, 640), (9, 0.001, 0, 640), (20, 30, 50, 640)], 4000),
     ],
 )
 def test_fresh_again_is_held_for_a_second(
     parts: list[tuple[float, float, float, int]], expected_ms: float | None
 ) -> None:
-    """From the step at 5 s until no picture is, or stands until it is, 300 ms old for a second."""
+    """Counted from the step at 5 s, until for a second no picture is, or grows, 300 ms old."""
     ages = picture_ages(shown(*parts))
     found = changes.fresh_after_ms(ages, OPENED_MS + 5000, OPENED_MS + 20_000)
     assert found == (None if expected_ms is None else pytest.approx(expected_ms, abs=40))
 
 
 def test_full_quality_is_size_and_rate() -> None:
-    """It is full again when a whole second has large pictures at the full rate, not before."""
+    """It is full again only when a whole second has large pictures at the full rate."""
     pictures = shown((10, 10, 90, 160), (12, 30, 90, 320), (14, 10, 90, 640), (20, 30, 50, 640))
     large = sized(pictures, (640, 480))
     assert changes.full_after_ms(large, OPENED_MS + 10_000) == pytest.approx(4000, abs=150)

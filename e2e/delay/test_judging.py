@@ -1,4 +1,4 @@
-"""How goals are judged, and that a run leaves none of them open."""
+"""How goals are judged, and that a run judges all of them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def row(rows: list[Row], measure: str, where: str = "same-machine", kind: str = 
 
 
 def test_every_goal_has_its_cells(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A run of the plan judges every goal, a recorded drive's too; the published alone theirs."""
+    """A run of the plan judges every goal, a recorded drive's too; the published cells theirs."""
     for name in ("town.down", "town.up"):
         (tmp_path / name).write_text("1\n5\n")
     monkeypatch.setenv(DRIVES, str(tmp_path))
@@ -53,7 +53,7 @@ def test_every_goal_has_its_cells(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
 
 def test_the_plan_is_published_in_its_time() -> None:
-    """Nothing twice, ours three times, and all that is published in about 40 minutes."""
+    """No cell comes twice, ours have three runs, and the published ones take about 40 minutes."""
     variants = [one.cell.variant for one in planned()]
     assert len(variants) == len(set(variants))
     assert {one.cell.experiment for one in planned() if not one.long} == {"G"}
@@ -65,21 +65,21 @@ def test_the_plan_is_published_in_its_time() -> None:
 def test_a_folder_without_drives_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Who asks for recorded drives is told where there are none."""
+    """Whoever asks for recorded drives is told if there are none."""
     monkeypatch.setenv(DRIVES, str(tmp_path))
     with pytest.raises(MeasureError, match=r"no file ends in \.down"):
         planned()
 
 
 def test_who_drives_the_modem_sends_as_often_as_promised() -> None:
-    """What the goals of the modem are about is driven at 20 set-points a second, ours alone."""
+    """The goals of the modem are driven at 20 set-points a second, by WAX alone."""
     driven = [one.cell for one in planned() if one.cell.drives and not one.long]
     assert {one.profile for one in driven} == {"modem-56k"}
     assert all(settings(one)["drive"]["command_rate_hz"] == 20 for one in driven)
 
 
 def test_the_median_is_judged_and_the_better_peer_counts() -> None:
-    """One repetition that is off does not decide; of the peers a goal names the better one does."""
+    """One outlier does not decide; of the peers that a goal names, the better one counts."""
     ours = [measured(cell("operator", n), **{P50: ms}) for n, ms in enumerate((10.0, 12, 90))]
     slow, quick = (
         measured(cell("stock"), **{P50: 80.0}),
@@ -94,7 +94,7 @@ def test_the_median_is_judged_and_the_better_peer_counts() -> None:
 
 
 def test_who_plays_has_a_column() -> None:
-    """The browser's player stands beside ours, and the thesis's policy beside both."""
+    """The browser's player has a column next to ours, and the thesis's policy next to both."""
     rows = [
         measured(cell("operator"), browser_cpu=40.0),
         measured(cell("operator", player="browser"), browser_cpu=30.0),
@@ -107,7 +107,7 @@ def test_who_plays_has_a_column() -> None:
 
 
 def test_a_cell_without_a_picture_is_a_miss() -> None:
-    """Where no picture came nothing was reached; a link with no cell of ours has no row."""
+    """Without a picture nothing was reached; a link with no cell of ours has no row."""
     assert row([measured(cell("operator"))], "picture_age_p95_ms").met is False
     assert judged([measured(cell("stock"), picture_age_p95_ms=10.0)]) == []
 
@@ -123,7 +123,7 @@ def test_never_is_worse_than_any_time() -> None:
 
 
 def test_a_crowd_is_held_against_being_alone() -> None:
-    """The operator's picture with the crowd, less that of the same operator alone."""
+    """The operator's picture age with the crowd, less that of the same operator alone."""
     rows = [
         measured(cell("operator", viewers=viewers), picture_age_p95_ms=ms)
         for viewers, ms in ((1, 12.0), (41, 20.0))
@@ -133,7 +133,7 @@ def test_a_crowd_is_held_against_being_alone() -> None:
 
 
 def test_the_size_of_a_drift_is_judged() -> None:
-    """What falls behind and what runs ahead by as much are alike."""
+    """Falling behind and running ahead by as much count the same."""
     of = cell("operator", profile="modem-56k", experiment="steady")
     rows = judged([measured(of, picture_drift_ms_per_min=-30.0)])
     assert [(one.values["WAX"], one.met) for one in rows if "picture_drift" in one.key] == [
@@ -142,7 +142,7 @@ def test_the_size_of_a_drift_is_judged() -> None:
 
 
 def test_what_is_timed_stands_in_the_columns() -> None:
-    """The judged quantile is WAX's, a peer's beside it; the worse of press and release counts."""
+    """WAX's judged quantile is next to the peers'; the worse of press and release counts."""
     press = summed("input/key", "a key", "ms", [1.0, 2.0], 20, judged="p99")
     release = summed("input/key: release", "… let go", "ms", [1.0, 30.0], 20, judged="p99")
     first = summed("first-picture/x", "a link", "ms", [700.0], 1000, judged="p95")

@@ -1,4 +1,4 @@
-"""The report of a run: what is in it, and what it does not hide."""
+"""The report of a run: what it contains, and what it does not hide."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def add(folder: Path, case: str, commit: str, **more: object) -> None:
 
 
 def test_a_link_has_its_systems_and_the_thesiss_words(tmp_path: Path) -> None:
-    """What was found stands under its link, beside what the thesis says of that with its place."""
+    """The results are under their link, next to what the thesis says of it, with its place."""
     thesis = Cell(experiment="units", profile="lan", system="thesis", audio_mu_ms=100)
     keep(tmp_path, thesis, pauses_per_min=30.0, picture_age_p50_ms=612.0)
     keep(tmp_path, Cell(profile="lan", system="stock"), picture_age_p50_ms=None)
@@ -56,7 +56,7 @@ def test_a_link_has_its_systems_and_the_thesiss_words(tmp_path: Path) -> None:
 
 
 def test_the_newest_product_counts_and_what_failed_is_told(tmp_path: Path) -> None:
-    """An older product's results are left out; each repetition is told beside the median."""
+    """An older product's results are left out; each repetition is listed next to the median."""
     keep(tmp_path, Cell(profile="lan", system="stock"), "old", picture_age_p50_ms=777.0)
     cells = [Cell(profile="lan", system="operator", repeat=repeat) for repeat in range(3)]
     found = [

@@ -1,4 +1,4 @@
-"""Cells as they are repeated: what fails, what is a result, what hangs."""
+"""How cells are repeated: what fails, what is a result, what hangs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def giving(monkeypatch: pytest.MonkeyPatch, found: Callable[[Cell], Any]) -> Non
 
 
 async def test_each_repetition_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With its figures by name and the cell it is of, whose number seeds the link."""
+    """The row has its figures by name and its cell, whose number seeds the link."""
     giving(monkeypatch, lambda one: ({"picture_age_p50_ms": float(one.repeat)}, {}))
     rows = await watch.repeated(cell("operator"), 2)
     assert [row.values["picture_age_p50_ms"] for row in rows] == [0, 1]
@@ -43,7 +43,7 @@ async def test_each_repetition_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 async def test_only_ours_must_have_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a peer, or of the thesis's policy, that none came is what was found."""
+    """For a peer, or for the thesis's policy, having no picture is a result."""
     giving(monkeypatch, lambda _: ({}, dict(BLIND)))
     for system in ("stock", "thesis"):
         (row,) = await watch.repeated(cell(system), 1)
@@ -69,7 +69,7 @@ async def test_a_hung_cell_is_cut_off_and_leaves_nothing(monkeypatch: pytest.Mon
 
 
 def test_what_was_never_reached_is_told_where_the_link_changed() -> None:
-    """Of an outage from 5 to 7 s after which nothing comes, and of none: no figure at all."""
+    """After an outage that never ends the figures are None; without an outage there are none."""
     page = readings(5)
     found = measured(cell("operator", profile="outage"), page, 3.0, OPENED_MS)
     assert found["picture_recovered_ms"] is found["full_after_ms"] is None

@@ -1,4 +1,4 @@
-"""Chapter 5 and the predictions of 3.5 as data, in the thesis's own words where it gave words."""
+"""Chapter 5 and the predictions of 3.5 as data, quoted where the thesis has a quotation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What the thesis says in one place, and where: a section, and a figure where there is one."""
+    """What the thesis says in one place: a section, and a figure where there is one."""
 
     text: str
     section: str
@@ -21,7 +21,7 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Pauses(Said):
-    """Audible pauses, and how long at most: 0 where there were none, None where it is not told."""
+    """Audible pauses, and the longest: 0 if there were none, None if the thesis does not say."""
 
     longest_ms: float | None = None
 
@@ -39,7 +39,7 @@ _CHOSEN: Final = Pauses(
     longest_ms=0,
     is_told=False,
 )
-"""Why 500 ms were chosen. It was not tried on the local networks, where 400 ms were clean."""
+"""Why 500 ms were chosen. It was not tried on the local networks, where 400 ms had no pauses."""
 
 AUDIO: Final[dict[str, dict[str, dict[int, Pauses]]]] = {
     "same-machine": {
@@ -92,7 +92,7 @@ AUDIO: Final[dict[str, dict[str, dict[int, Pauses]]]] = {
         "": {500: Pauses("“about every 400 ms”, “as long as 2 seconds”", "5.4.3", "5.54", 2000)}
     },
 }
-"""Profile → client ("" where there was one) → audio MU, ms."""
+"""Profile → client ("" if there was only one) → audio MU, ms."""
 
 SYNC: Final[dict[str, Said]] = {
     "same-machine": Said("“near-perfect synchronization”", "5.3.1", "5.45"),
@@ -120,13 +120,13 @@ AGES: Final[dict[str, Said]] = {
     "internet-5m": Said("transfer 47–94 ms", "5.2.2.1", "5.34"),
     "modem-56k": Said("“quite recent”", "5.4.3", "5.55"),
 }
-"""In 2004 the client timed a picture's transfer, from asking to having it, not its age from capture
+"""In 2004 the client timed a picture's transfer, from request to arrival, not its age from capture
 to the screen, of which 6.1 says: “at least half a second goes by”."""
 
 
 def words(profile: str, mu_ms: int) -> dict[str, Said]:
-    """Give the thesis's words about a link by the names of `e2e.delay.measures`."""
-    # Where several clients were tried, the first is the thesis's own measure of the network.
+    """Return the thesis's words about a link by the names of `e2e.delay.measures`."""
+    # Where several clients were tried, the first is the thesis's own measurement of the network.
     first = next(
         (by_mu[mu_ms] for by_mu in AUDIO.get(profile, {}).values() if mu_ms in by_mu), None
     )

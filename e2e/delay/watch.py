@@ -38,9 +38,10 @@ THIN_PICTURE_WITHIN_S: Final = 45.0
 THIN_BPS: Final = 200_000
 """On a slower link than this the page alone takes several seconds."""
 FETCH_EVERY_S: Final = 240.0
-"""The page keeps ten minutes; nothing shorter is disturbed."""
+"""How often the readings are fetched: the page keeps ten minutes, and no shorter cell is
+disturbed."""
 BEYOND_S: Final = 100.0
-"""What a cell may take beside its own time until it counts as hung."""
+"""How long a cell may take in addition to its own time before it counts as hung."""
 _HEARS_WITHIN_S: Final = 4.0
 _LOOK_EVERY_S: Final = 0.1
 
@@ -48,8 +49,8 @@ _LOOK_EVERY_S: Final = 0.1
 async def repeated(cell: Cell, n: int) -> list[Row]:
     """Measure a cell `n` times, each with a link, a server and a browser of its own.
 
-    Raises `NotRunError` and `MeasureError`; what was not seen of a peer or of the thesis's policy
-    is a result, but a policy of ours without a picture has failed.
+    Raises `NotRunError` and `MeasureError`. For a peer or for the thesis's policy, having no
+    picture is a result; a policy of ours without a picture has failed.
     """
     rows = []
     for repeat in range(n):
@@ -81,7 +82,7 @@ async def _once(cell: Cell) -> tuple[dict[str, float | None], dict[str, object]]
 async def _watch(
     cell: Cell, link: Link, browser: Browser, folder: Path
 ) -> tuple[dict[str, float | None], dict[str, object]]:
-    """Return the figures; without a picture in time those of what there was, and a problem."""
+    """Return figures and details; without a picture in time, those so far, and the problem."""
     values: dict[str, float | None] = {}
     began_ms, settle_s, problem = None, SETTLE_S, None
     async with AsyncExitStack() as leaving:
@@ -94,7 +95,7 @@ async def _watch(
         if await _goto(page, running.url, instrument, within_s):
             picture_s = time.monotonic()
             await running.opened(page)
-            await instrument.tap.hears(_HEARS_WITHIN_S)  # where nothing sounds, they tell
+            await instrument.tap.hears(_HEARS_WITHIN_S)  # if nothing sounds, the figures say so
             settle_s = max(SETTLE_S, time.monotonic() - picture_s)
             if cell.viewers > 1:
                 others = await leaving.enter_async_context(_crowd(cell, link, running.url))
@@ -126,11 +127,11 @@ async def _watch(
 
 @asynccontextmanager
 async def _crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Callable[[], Awaitable[float]]]:
-    """Have all but one of the cell's viewers at the server's end; raises `MeasureError`.
+    """Add the cell's other viewers at the server's end; raises `MeasureError`.
 
-    There they load neither the link nor the browser's decoder. Yields what returns the fewest
-    pictures a second that any of those had who are behind no modem. LiveKit's viewers join through
-    its own library and not by one offer; nobody plans such a cell.
+    There they load neither the link nor the browser's decoder. Yields a function that returns the
+    least picture rate of those who are not behind a modem. LiveKit's viewers join through its own
+    library and not by one offer; no planned cell has them.
     """
     offering = Offering(url.rstrip("/"), "stock" if cell.system == "stock" else "wax")
     async with gathered(offering, slow=cell.slow, through=link.server.command) as others:
@@ -147,7 +148,7 @@ async def _crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Callable[[],
 
 
 async def _costs(pid: int, browser: Browser) -> dict[str, float]:
-    """Return times of the server and the browser, s, by the names of their shares."""
+    """Return the processor times of server and browser in s, by the names of their shares."""
     try:
         meter = ProcessMeter(pid)
         server = {"server_cpu": meter.cpu_s(), "server_memory_mib": meter.rss_mib()}
@@ -157,7 +158,7 @@ async def _costs(pid: int, browser: Browser) -> dict[str, float]:
 
 
 def _shares(before: dict[str, float], after: dict[str, float]) -> dict[str, float]:
-    """Return what was used of one core, %, and the memory."""
+    """Return the use of one core in %, and the memory."""
     span_s = after["at_s"] - before["at_s"]
     used = {name: max(0.0, after[name] - before[name]) for name in ("server_cpu", "browser_cpu")}
     shares = {name: 100 * used_s / span_s for name, used_s in used.items()}
@@ -165,7 +166,7 @@ def _shares(before: dict[str, float], after: dict[str, float]) -> dict[str, floa
 
 
 async def _wait(instrument: Instrument, until_s: float) -> None:
-    """Let time pass, and fetch what was read before the page has to forget it."""
+    """Wait, and fetch the readings before the page has to forget them."""
     while (left_s := until_s - time.monotonic()) > FETCH_EVERY_S:
         await asyncio.sleep(FETCH_EVERY_S)
         await instrument.readings()
@@ -173,7 +174,7 @@ async def _wait(instrument: Instrument, until_s: float) -> None:
 
 
 async def _goto(page: Page, url: str, instrument: Instrument, within_s: float) -> bool:
-    """Open the page and return whether there is a picture in time."""
+    """Open the page; return whether there is a picture in time."""
     with suppress(TimeoutError):
         async with asyncio.timeout(within_s):
             await page.goto(url)

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[Served]:
     """Serve the cell's system inside the block; it is stopped afterwards, killed if needed.
 
-    `folder` takes its configuration and log. Raises `NotRunError` when it cannot run here,
-    `MeasureError` with the end of its log when it does not get healthy.
+    `folder` gets its configuration and log. Raises `NotRunError` if it cannot run here, and
+    `MeasureError` with the end of its log if it does not become healthy.
     """
     match cell.system:
         case "stock":

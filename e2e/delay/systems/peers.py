@@ -1,4 +1,4 @@
-"""What LiveKit is beside a server that answers HTTP (see `e2e.peers`)."""
+"""How LiveKit differs from a server that only answers HTTP (see `e2e.peers`)."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _PLAY_THE_SOUND: Final = """(() => {
   if (!sound.hidden) sound.click();
   return sound.hidden ? document.getElementById("state").textContent : "its sound is off";
 })()"""
-"""Presses the button for sound if there is one, and returns what the page says of itself."""
+"""Presses the button for sound if there is one, and returns what the page says of its state."""
 
 
 class LiveKit(Served):
     """LiveKit, a child of the process that publishes and serves the page."""
 
     async def opened(self, window: Page) -> None:
-        """Press the page's button for sound where it has one, until the page is connected."""
+        """Press the page's button for sound if it has one, until the page is connected."""
         until_s = time.monotonic() + _PLAYS_WITHIN_S
         while (state := await window.evaluate(_PLAY_THE_SOUND)) != "connected":
             if time.monotonic() > until_s:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from e2e.link import End, Link
 
 PORT: Final = 8080
-"""Each link has its own network, so it is free."""
+"""Always free, because each link has its own network."""
 _START_WITHIN_S: Final = 40.0
 _STOP_WITHIN_S: Final = 5.0
 STATE: Final = "state"
@@ -48,7 +48,7 @@ class Served:
         self, name: str, process: Process, url: str, log: Path, http: aiohttp.ClientSession
     ) -> None:
         self.pid = process.pid
-        """Of the server; it may have children."""
+        """The server's process, which may have children."""
         self.url = url
         self._name = name
         self._process = process
@@ -56,21 +56,21 @@ class Served:
         self._http = http
 
     async def opened(self, window: Page) -> None:
-        """Do what a person does to hear, and for ``operator`` to drive, once the page is open.
+        """Turn the open page's sound on, and for ``operator`` take the wheel, as a person does.
 
-        Returns when the page says so. Raises `MeasureError` when it does not.
+        Returns when the page says so; raises `MeasureError` if it does not.
         """
 
     async def fail_safe_s(self) -> float | None:
         """Return how long the thesis's policy was in its fail-safe mode; None without that policy.
 
-        Raises `MeasureError` when the server has ended.
+        Raises `MeasureError` if the server has ended.
         """
         self.check()
         return None
 
     async def healthy(self) -> None:
-        """Wait until it serves; raises `MeasureError` when it ends before or takes too long."""
+        """Wait until it serves; raises `MeasureError` if it ends before that or takes too long."""
         until_s = time.monotonic() + _START_WITHIN_S
         while time.monotonic() < until_s and self._process.returncode is None:
             with suppress(aiohttp.ClientError, TimeoutError):
@@ -80,7 +80,7 @@ class Served:
         raise self._wrong()
 
     async def status(self) -> dict[str, Any]:
-        """Return what a WAX server says of itself, whose host this is; raises `MeasureError`."""
+        """Return a WAX server's status, asked for as its host; raises `MeasureError`."""
         try:
             async with self._get("/api/status") as response:
                 told: dict[str, Any] = await response.json()
@@ -89,14 +89,14 @@ class Served:
         return told
 
     async def become_host(self, state_folder: Path) -> None:
-        """Ask from now on as the host of a WAX server; raises `MeasureError`."""
+        """Sign in as the host of a WAX server for all later requests; raises `MeasureError`."""
         try:
             await become_host(self._http, self.url.rstrip("/"), state_folder)
         except (aiohttp.ClientError, TimeoutError, StateError) as error:
             raise self._wrong(f" its host ({error})") from error
 
     def check(self) -> None:
-        """Raise `MeasureError` when it has ended."""
+        """Raise `MeasureError` if it has ended."""
         if self._process.returncode is not None:
             raise self._wrong()
 
@@ -122,10 +122,10 @@ async def serving(
     *,
     variables: Mapping[str, str] | None = None,
 ) -> AsyncIterator[S]:
-    """Run this Python at an end, log into `folder`; asked to stop afterwards, else killed.
+    """Run this Python at an end, log into `folder`; stop it afterwards, and kill it if needed.
 
-    `variables` are added to its environment. Raises `MeasureError` with the end of its log when it
-    does not get healthy.
+    `variables` are added to its environment. Raises `MeasureError` with the end of its log if it
+    does not become healthy.
     """
     path = folder / f"{name}.log"
     with path.open("wb") as log:

@@ -18,11 +18,11 @@ TURN_S: Final = 3600.0
 """No turn ends within a cell, because turns are not measured here."""
 
 DRIVES_HZ: Final = 20.0
-"""Set-points a second where a cell drives: what the goal of the modem line says."""
+"""Set-points a second where a cell drives: the rate that the goal of the modem line names."""
 
 
 def settings(cell: Cell) -> dict[str, Any]:
-    """Return the tree of keys that differ from what is shipped, for a system of WAX's."""
+    """Return the tree of keys in which a system of WAX's differs from the shipped configuration."""
     tree = {
         "server": {"host": "0.0.0.0", "port": PORT},
         **MEDIA,

@@ -1,4 +1,4 @@
-"""What WAX is started with for a cell."""
+"""The configuration with which WAX is started for a cell."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def read(system: SystemName, **keys: Any) -> config.Settings:
 
 @pytest.mark.parametrize("system", ["audio-master", "operator"])
 def test_our_policies_run_as_shipped(system: SystemName) -> None:
-    """But for address, sources and the length of a turn WAX is as it is shipped."""
+    """Except for address, sources and the length of a turn, WAX runs with its shipped defaults."""
     given_, shipped = read(system), config.Settings()
     assert (given_.video.source, given_.audio.source) == ("testcard", "testcard")
     for section in ("sync", "drive", "robot"):
@@ -37,15 +37,15 @@ def test_our_policies_run_as_shipped(system: SystemName) -> None:
 
 
 def test_video_first_is_for_both_roles() -> None:
-    """In that system neither the operator nor the observers wait for sound."""
+    """Under video-first neither the operator nor the observers wait for sound."""
     sync = read("video-first").sync
     assert sync.operator.policy == sync.observer.policy == "video-first"
 
 
 def test_the_thesis_keeps_its_constants() -> None:
-    """The shipped file is the base; the cell changes the audio MU and the sources alone.
+    """Of the shipped file, the cell changes only the audio MU and the sources.
 
-    WAX takes what is made of it.
+    WAX accepts the resulting configuration.
     """
     tree = settings(cell("thesis", audio_mu_ms=200))
     assert tree["thesis"].pop("audio_mu_ms") == 200

@@ -66,7 +66,7 @@ async def watch(cell: Cell, running: Any, window: Page) -> None:
 
 
 async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
-    """A server that ends at start is an error with its own last words."""
+    """A server that ends at its start is an error with the last lines of its log."""
     wrong = cell("thesis", audio_mu_ms=123)
     with pytest.raises(
         MeasureError, match=r"(?s)ended with status 2; its log ends with: .*audio_mu_ms"
@@ -76,7 +76,7 @@ async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
 
 
 def test_a_missing_browser_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without one the cell cannot run here, and the error says what to install."""
+    """Without a browser the cell cannot run here, and the error says what to install."""
     monkeypatch.delenv("WAX_CHROMIUM", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(NotRunError, match=r"^there is no "):

@@ -1,4 +1,4 @@
-"""WAX itself, started as a person starts it, with whichever policy the cell asks for."""
+"""WAX itself, started as a person starts it, with the policy that the cell names."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DRIVES_WITHIN_S: Final = 30.0
 
 
 class Wax(Served):
-    """Its page is the operator's where it `joins`, and holds a key all the time if it `drives`."""
+    """Its page is the operator's if it `joins`, and holds a key all the time if it `drives`."""
 
     joins = drives = False
 
@@ -71,7 +71,7 @@ def serving(
 async def start(
     cell: Cell, link: Link, folder: Path, variables: Mapping[str, str] | None = None, **more: Any
 ) -> AsyncIterator[Wax]:
-    """See `e2e.delay.systems.start`; `more` are tables beside the cell's."""
+    """See `e2e.delay.systems.start`; `more` are tables in addition to the cell's."""
     config = tomlkit.dumps(merged(settings(cell), more))
     async with serving(link.server, folder, config, variables=variables) as wax:
         wax.joins, wax.drives = cell.system == "operator", cell.drives

@@ -1,4 +1,4 @@
-"""How much later commands come while their operator speaks."""
+"""How much later commands arrive while their operator speaks."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ if TYPE_CHECKING:
 
 SECONDS: Final = 25.0
 _REST_S: Final = 2.0
-"""Between two stretches: what is still on its way belongs to neither."""
+"""Between two stretches: commands still in flight belong to neither."""
 _QUANTILES: Final = ("median", "p95", "p99", "max")
 
 
 @dataclass(slots=True)
 class Stretches:
-    """What came of all the stretches of one kind; the ages are since a moment of their own, ms."""
+    """The results of all stretches of one kind; ages in ms, measured from a common moment."""
 
     ages_ms: list[float] = field(default_factory=list)
     accepted: float = 0.0
     too_old: float = 0.0
     played: list[bool] = field(default_factory=list)
-    """Of each 10 ms at the robot's speaker, whether it sounded."""
+    """For each 10 ms at the robot's speaker, whether it sounded."""
 
 
 async def command_age(profile: str, goal_ms: float, n: int) -> list[Row]:
-    """Drive, `n` times speaking and `n` times silent in turn, and compare."""
+    """Drive, speaking and silent in turn, `n` times each, and compare."""
     silent, speaking = Stretches(), Stretches()
     async with staged(profile) as stage:
         for number in range(n):
@@ -44,9 +44,9 @@ async def command_age(profile: str, goal_ms: float, n: int) -> list[Row]:
 
 
 def rows(profile: str, goal_ms: float, silent: Stretches, speaking: Stretches) -> list[Row]:
-    """Set the quantiles of both against each other; raises `MeasureError` where one is empty.
+    """Compare the quantiles of both; raises `MeasureError` if one is empty.
 
-    A command that was refused for its age while its operator spoke misses the goal too.
+    A command that was refused for its age while its operator spoke also misses the goal.
     """
     base, with_voice = summarize(silent.ages_ms), summarize(speaking.ages_ms)
     more = {name: getattr(with_voice, name) - getattr(base, name) for name in _QUANTILES}

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
 PIECE_MS: Final = 500
 MOST_MS: Final = 1000
-"""What comes later than this has not come."""
+"""A piece later than this counts as never played."""
 _LOUD: Final = 0.01
-"""A piece that is quieter than this on average says nothing about when it was played."""
+"""A piece that is quieter than this on average does not show when it was played."""
 _ALIKE: Final = 0.5
 _SHARE: Final = 0.5
-"""Of the words at least so much is loud."""
+"""At least this share of the words is loud."""
 
 
 async def mouth_to_speaker(profile: str, goal_ms: float, n: int) -> list[Row]:
@@ -41,7 +41,7 @@ async def mouth_to_speaker(profile: str, goal_ms: float, n: int) -> list[Row]:
         await stage.window.keyboard.down("KeyT")
         await asyncio.sleep((n / _SHARE * PIECE_MS + MOST_MS) / 1000)
         clock = await page_clock(stage.window.evaluate)
-        # The microphone hands over each piece when it has heard all of it.
+        # The microphone delivers each piece when it has recorded all of it.
         mouth = [
             (clock.monotonic_s(at_ms) * 1000 - len(loudness), loudness)
             for at_ms, loudness in (await stage.taken())["heard"]
@@ -66,9 +66,9 @@ async def mouth_to_speaker(profile: str, goal_ms: float, n: int) -> list[Row]:
 
 
 def delays(mouth: NDArray[np.float64], speaker: NDArray[np.float64]) -> list[float | None]:
-    """Find how much later each loud piece of `mouth` was played, ms; None where it was not.
+    """Return how much later each loud piece of `mouth` was played, ms; None if it was not.
 
-    Both are the loudness of each ms from the same moment on.
+    Both arrays are the loudness of each ms from the same moment on.
     """
     found: list[float | None] = []
     for start in range(0, len(mouth) - PIECE_MS - MOST_MS, PIECE_MS):
@@ -88,7 +88,7 @@ def delays(mouth: NDArray[np.float64], speaker: NDArray[np.float64]) -> list[flo
 
 
 def _played(tap: Tap) -> list[Piece]:
-    """Return what the ear heard on the monotonic clock, the loudness of each ms."""
+    """Return what the ear recorded on the monotonic clock, as the loudness of each ms."""
     ahead_ms = unix_ms(0.0)
     per_ms = round(BLOCK / BLOCK_MS)
     recorded = [both.mean(axis=1).reshape(-1, per_ms) for both in tap.recorded or []]
@@ -99,7 +99,7 @@ def _played(tap: Tap) -> list[Piece]:
 
 
 def _row(pieces: Iterable[Piece], begin_ms: float) -> NDArray[np.float64]:
-    """Put the loudness of each ms where it belongs, from `begin_ms` on."""
+    """Place the loudness of each ms on a time line from `begin_ms` on."""
     placed = [(round(at_ms - begin_ms), loudness) for at_ms, loudness in pieces]
     row = np.zeros(max(at + len(loudness) for at, loudness in placed))
     for at, loudness in placed:

@@ -1,4 +1,4 @@
-"""How soon a voice is silent at the robot's speaker, once the host will not have it."""
+"""How soon a voice is silent at the robot's speaker, after the host mutes it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from e2e.measure.row import Row
 
 MOST_MS: Final = 1000
-"""What sounds for so long after the act has not been silenced."""
+"""What still sounds this long after the act was not silenced."""
 _JUST_BEFORE_MS: Final = 50
 _SOUNDS_WITHIN_S: Final = 15.0
 _TELLS_WITHIN_S: Final = 10.0
@@ -38,7 +38,7 @@ _MUTED: Final = "The host has muted all voices."
 async def muted(goal_ms: float, n: int) -> list[Row]:
     """Have the host mute all voices `n` times, at any moment of a voice that does not pause.
 
-    The page of who speaks says so too; within the same time, or the goal is missed.
+    The speaking operator's page must say so within the same time, or the goal is missed.
     """
     silent_ms: list[float | None] = []
     told_ms: list[float] = []
@@ -72,9 +72,9 @@ async def muted(goal_ms: float, n: int) -> list[Row]:
 
 
 def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
-    """Return how long after `act_ms` the last sound ended; None where it went on.
+    """Return how long after `act_ms` the last sound ended; None if it went on.
 
-    Raises `MeasureError` where it was silent before, or was not listened to for long enough.
+    Raises `MeasureError` if it was silent before, or was not recorded for long enough.
     """
     ends_ms = [block.start_ms + BLOCK_MS for block in heard if block.rms > SILENT]
     if not any(act_ms - _JUST_BEFORE_MS < end_ms <= act_ms for end_ms in ends_ms):
@@ -86,7 +86,7 @@ def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
 
 
 async def _silent(stage: Stage, host: Page, clock: PageClock) -> tuple[float | None, float]:
-    """Mute; return after how many ms it was silent, and when the host acted (monotonic seconds)."""
+    """Mute; return the ms until it was silent, and when the host acted (monotonic seconds)."""
     tap = stage.ear.tap()
     await asyncio.sleep(_PHASE_S * (1 + random.random()))
     act = press("Mute all voices")  # a switch acts before this returns

@@ -31,16 +31,16 @@ if TYPE_CHECKING:
     from e2e.measure.ear import Ear
 
 SPOKEN_S: Final = 12.0
-"""After this the words begin again."""
+"""After this the words start over."""
 _PRELOAD: Final = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 _SEES_WITHIN_S: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """`ear` hears what the robot's speaker plays; `window` is the operator's page.
+    """`ear` records what the robot's speaker plays; `window` is the operator's page.
 
-    `state` is the server's folder, in which whoever may use it finds the host's link.
+    `state` is the server's folder, in which its user finds the host's link.
     """
 
     browser: Browser
@@ -51,7 +51,7 @@ class Stage:
 
     @asynccontextmanager
     async def host(self) -> AsyncIterator[Page]:
-        """Have the host's page open beside the operator's, in the same browser."""
+        """Open the host's page in the same browser, in addition to the operator's."""
         link, *_ = await asyncio.to_thread(host_link.request_links, self.state)
         async with self.browser.window(_preload(listens=False)) as window:
             await window.goto(f"{self.system.url}#{urlsplit(link).fragment}")
@@ -59,8 +59,8 @@ class Stage:
             yield window
 
     async def taken(self) -> dict[str, Any]:
-        """Return what the page has heard and pinged since the last call, as ``page.js`` has it."""
-        # As text, which is handed over sooner than so many values.
+        """Return what the page has heard and pinged since the last call, as ``page.js`` keeps it."""
+        # As text, which is transferred sooner than so many values.
         found: dict[str, Any] = json.loads(
             await self.window.evaluate("JSON.stringify(waxVoice.take())")
         )
@@ -71,10 +71,10 @@ class Stage:
 async def staged(
     profile: str, *, listens: bool = False, pauses: bool = True
 ) -> AsyncIterator[Stage]:
-    """Have the operator's page open, whose turn lasts as long as this; nothing is held.
+    """Open the operator's page, for a turn that outlasts the stage; nothing is held.
 
-    With `listens` it keeps what its microphone hears. Without `pauses` the words have none. Raises
-    `NotRunError` or `MeasureError`.
+    With `listens` it records what its microphone hears. Without `pauses` the words have none.
+    Raises `NotRunError` or `MeasureError`.
     """
     cell = Cell(experiment="G", profile=profile, system="operator")
     with TemporaryDirectory(prefix="wax-voice-") as name:

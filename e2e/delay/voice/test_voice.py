@@ -1,4 +1,4 @@
-"""What is made of a voice's readings, and the voice itself, for short."""
+"""How a voice's readings are evaluated, and, briefly, the voice itself."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def loudness(seconds: float) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("late_ms", [0, 73, 400])
 def test_the_delay_of_a_voice_is_found(late_ms: int) -> None:
-    """To the ms, whatever it is and however much quieter the speaker plays."""
+    """It is found to the ms, whatever it is and however much quieter the speaker plays."""
     mouth = loudness(20)
     speaker = np.concatenate((np.zeros(late_ms), mouth))[: len(mouth)] * 0.3
     found = delays(mouth, speaker)
@@ -35,7 +35,7 @@ def test_the_delay_of_a_voice_is_found(late_ms: int) -> None:
 
 
 def test_what_was_not_played_has_no_delay() -> None:
-    """Another sound is not taken for it, and silence is not judged."""
+    """Another sound is not mistaken for the words, and silence is not judged."""
     mouth = loudness(20)
     speaker = mouth.copy()
     speaker[5000 : 5000 + PIECE_MS + MOST_MS] = 0
@@ -52,19 +52,19 @@ def blocks(until_ms: float, *, of_ms: float = 3000) -> list[Block]:
 
 @pytest.mark.parametrize(("until_ms", "late_ms"), [(1500, 0), (1620, 120), (2900, None)])
 def test_silence_begins_after_the_last_sound(until_ms: float, late_ms: float | None) -> None:
-    """Whatever goes on for a second has not been silenced."""
+    """What still sounds after a second was not silenced."""
     assert silent_after_ms(blocks(until_ms), 1500) == late_ms
 
 
 @pytest.mark.parametrize("heard", [blocks(1400), blocks(1620, of_ms=2000)])
 def test_a_pause_is_not_taken_for_silence(heard: list[Block]) -> None:
-    """Nor is what was not listened to."""
+    """Neither a pause nor a stretch that was not recorded counts as silence."""
     with pytest.raises(MeasureError):
         silent_after_ms(heard, 1500)
 
 
 def test_a_voice_that_delays_commands_misses_the_goal() -> None:
-    """The quantiles are compared, and a command that was refused for it is one too many."""
+    """The quantiles are compared, and one command refused because of the voice misses the goal."""
     silent = Stretches([float(ms) for ms in range(100)], accepted=1000)
     ages_ms = [ms + 3.0 for ms in silent.ages_ms]
     (age,) = rows("lan", 2.0, silent, Stretches(ages_ms, 1000, 0, [True, False]))
@@ -78,7 +78,7 @@ def test_a_voice_that_delays_commands_misses_the_goal() -> None:
 
 @pytest.mark.timeout(180)
 async def test_words_are_found_at_the_robots_speaker() -> None:
-    """Each half second of them, later than it was said."""
+    """Each half second of words arrives later than it was spoken."""
     (row,) = await mouth_to_speaker("same-machine", MOST_MS, 8)
     assert (row.n, row.met) == (8, True)
     assert row.spread is not None
@@ -87,6 +87,6 @@ async def test_words_are_found_at_the_robots_speaker() -> None:
 
 @pytest.mark.timeout(180)
 async def test_the_host_silences_a_voice() -> None:
-    """By muting; before, it sounded all the time."""
+    """The voice sounds until the host mutes it, and then no more."""
     (row,) = await muted(300.0, 3)
     assert (row.n, row.met) == (3, True)
