@@ -23,7 +23,7 @@ def test_a_standing_picture_grows_old() -> None:
 
 
 def _ages(*parts: tuple[float, float, float]) -> list[tuple[float, float]]:
-    """A picture every 50 ms, from and to (ms), with an age."""
+    """Return a picture every 50 ms, from and to (ms), with an age."""
     return [
         (begin + 50.0 * number, age_ms)
         for begin, end, age_ms in parts

@@ -1,4 +1,4 @@
-"""Enough of WebDriver BiDi (w3.org) to drive stock Firefox, over one websocket."""
+"""The part of WebDriver BiDi (w3.org) that drives stock Firefox, over one websocket."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Session:
                     answer = await self._socket.receive_json()
         except TimeoutError:
             raise AssertionError(f"{method}: no answer within {ANSWER_WITHIN_S} s") from None
-        except (ConnectionError, TypeError) as error:  # aiohttp's of a socket that was closed
+        except (ConnectionError, TypeError) as error:  # aiohttp's error for a closed socket
             raise AssertionError(f"{method}: Firefox has ended: {error}") from None
         said = f"{answer.get('error')}, {answer.get('message')}"
         assert answer["type"] == "success", f"{method}: {said}"
@@ -120,9 +120,9 @@ async def firefox(
     ear: Ear | None = None,
     preferences: Mapping[str, bool | int | str] = MappingProxyType({}),
 ) -> AsyncIterator[Firefox]:
-    """Start a headless Firefox with a fresh profile in `folder`; it ends at the end of the block.
+    """Start a headless Firefox with a fresh profile in `folder`; it ends with the block.
 
-    `preferences` are set beside the usual ones. Raises `NotRunError`.
+    `preferences` are set in addition to the usual ones. Raises `NotRunError`.
     """
     path = installed(*FIREFOX)
     profile = folder / "profile"
@@ -160,7 +160,7 @@ async def _listens(profile: Path, process: Process) -> str:
     found = profile / "WebDriverBiDiServer.json"
 
     async def url() -> str:
-        with suppress(OSError, ValueError, KeyError):  # not there yet, or half of it
+        with suppress(OSError, ValueError, KeyError):  # not there yet, or incomplete
             server = json.loads(found.read_text(encoding="utf-8"))
             return f"ws://{server['ws_host']}:{server['ws_port']}"
         log = (profile / LOG).read_text(encoding="utf-8", errors="replace")

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 class Board:
-    """`path` is the serial port while it is plugged in; `log_path` has what the board does.
+    """`path` is the serial port while it is plugged in; `log_path` logs what the board does.
 
     Each line of the log is an event with ``t_s``, which is `time.monotonic()` of this machine:
-    ``frame`` (whole and of this session; ``verdict`` says whether it was taken), ``damaged``,
-    ``wheels`` (mm/s, when they begin to change and when they have), ``ttl`` (the board's own
-    watchdog stopped it), ``start``, ``plugged`` and ``unplugged``.
+    ``frame`` (undamaged and of this session; ``verdict`` says whether it was accepted),
+    ``damaged``, ``wheels`` (mm/s, when they begin to change and when they have), ``ttl`` (the
+    board's own watchdog stopped it), ``start``, ``plugged`` and ``unplugged``.
     """
 
     def __init__(self, folder: Path, *, boot_ms: int = 0) -> None:
@@ -50,7 +50,7 @@ class Board:
     async def start(self) -> None:
         """Build the firmware if it has changed, and plug the board in."""
         self._process = await asyncio.create_subprocess_exec(*await self._program(), stdin=PIPE)
-        with suppress(AttributeError, OSError):  # in life it has a processor of its own
+        with suppress(AttributeError, OSError):  # a real board has a processor of its own
             os.sched_setscheduler(self._process.pid, os.SCHED_RR, os.sched_param(1))
         await self._until("plugged", 0)
 
@@ -76,7 +76,7 @@ class Board:
         return await self._do("reset", "start")
 
     def press(self, bumpers: int) -> None:
-        """Hold the bumpers of these bits down; 0 lets go."""
+        """Hold down the bumpers of these bits; 0 releases all."""
         self._command(f"bumper {bumpers}")
 
     def charge(self, battery_mv: int) -> None:
@@ -102,7 +102,7 @@ class Board:
 
     @property
     def moves(self) -> bool:
-        """Whether a wheel turns, by the newest event about them."""
+        """Whether a wheel turns, by the newest wheel event."""
         wheels = [event for event in self.events() if event["event"] == "wheels"]
         return bool(wheels) and (wheels[-1]["left"], wheels[-1]["right"]) != (0, 0)
 

@@ -1,4 +1,4 @@
-"""A module of ours in a process of its own, to which one speaks by lines."""
+"""Runs a module of ours in a process of its own, which is controlled by lines of text."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST_LINE_BYTES: Final = 1 << 20
 
 
 async def kill(process: Process | None) -> None:
-    """End a process as a power cut does; safe to call twice, and where there is none."""
+    """End a process as a power cut does; safe to call twice, and with None."""
     if process is not None and process.returncode is None:
         with suppress(ProcessLookupError):
             process.kill()
@@ -28,14 +28,14 @@ async def kill(process: Process | None) -> None:
 
 
 async def terminate(process: Process) -> None:
-    """Ask a process to end, where it has not, and wait until it has."""
+    """Ask a process to end, if it has not, and wait until it has."""
     if process.returncode is None:
         process.terminate()
     await process.wait()
 
 
 async def ends(process: Process, within_s: float) -> None:
-    """Wait until a process that was asked to has ended; kill it where that is too late."""
+    """Wait until a process that was asked to end has ended; kill it if it is too slow."""
     with suppress(TimeoutError):
         await asyncio.wait_for(process.wait(), within_s)
     await kill(process)
@@ -56,7 +56,7 @@ class Child:
 
     async def say(self, text: str) -> None:
         assert self._process.stdin is not None
-        with suppress(ConnectionError):  # whoever waits for its line is told that it has ended
+        with suppress(ConnectionError):  # its readers learn that it has ended
             self._process.stdin.write(text.encode() + b"\n")
             await self._process.stdin.drain()
 
@@ -68,9 +68,9 @@ async def child(
     leaves_s: float = 0.0,
     through: Callable[[list[str]], list[str]] = list,
 ) -> AsyncIterator[Child]:
-    """Run it inside the block; then its input ends, and it is killed once `leaves_s` are over.
+    """Run it inside the block; then close its input, and kill it after `leaves_s`.
 
-    `through` makes its command line the one that runs it elsewhere.
+    `through` turns its command line into one that runs it elsewhere.
     """
     command = through([sys.executable, "-m", module, *map(str, arguments)])
     process = await asyncio.create_subprocess_exec(

@@ -1,4 +1,4 @@
-"""Launch the system's Chromium, so that no browser is downloaded: here, or at an end of a link."""
+"""Launches the system's Chromium, here or at an end of a link, so that no browser is downloaded."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FLAGS = (
 async def launch_chromium(
     playwright: Playwright, *more_flags: str, ear: Ear | None = None, **options: Any
 ) -> Browser:
-    """Launch it headless, with sound allowed before any touch, and heard if there is an ear.
+    """Launch it headless, with sound allowed before any touch, and recorded if there is an ear.
 
     `options` are Playwright's.
     """
@@ -57,9 +57,9 @@ def _launching(flags: Sequence[str], ear: Ear | None, options: dict[str, Any]) -
 async def talkers_chromium(
     playwright: Playwright, origin: str, *flags: str, ear: Ear | None = None, **options: Any
 ) -> AsyncIterator[BrowserContext]:
-    """Have that of somebody who has let the page of `origin` use the microphone for good.
+    """Open a context of somebody who has let the page of `origin` use the microphone for good.
 
-    What Playwright permits itself, it permits every frame, whatever the page says.
+    Playwright's own permission would apply to every frame, whatever the page's policy says.
     """
     with TemporaryDirectory(prefix="chromium-") as folder:
         default = Path(folder) / "Default"
@@ -79,10 +79,10 @@ async def talkers_chromium(
 
 @contextmanager
 def at_end(end: End, known: Sequence[str]) -> Iterator[tuple[Sequence[str], dict[str, Any]]]:
-    """Have the flags and options of one at an end of a link, for whichever way to launch it.
+    """Yield the flags and options of a browser at an end of a link, however it is launched.
 
-    It resolves no names but the `known` addresses: nobody answers there, and what it asks for would
-    go over the link.
+    It resolves no names but the `known` addresses: nobody answers there, and its requests would go
+    over the link.
     """
     rules = "".join(f", EXCLUDE {one}" for one in known)
     with TemporaryDirectory(prefix="chromium-") as folder:
@@ -102,9 +102,9 @@ def at_end(end: End, known: Sequence[str]) -> Iterator[tuple[Sequence[str], dict
 async def chromium_at(
     end: End, playwright: Playwright, known: Sequence[str], *flags: str, ear: Ear | None = None
 ) -> AsyncIterator[Browser]:
-    """Have it at an end of a link; see `at_end`.
+    """Launch it at an end of a link; see `at_end`.
 
-    Raises `NotRunError`, or `MeasureError` when it does not start.
+    Raises `NotRunError`, or `MeasureError` if it does not start.
     """
     with at_end(end, known) as (more, options):
         try:

@@ -1,4 +1,4 @@
-"""What people type beside a server, as `wax host-link` and `wax replay`."""
+"""The commands that people type next to a server, such as `wax host-link` and `wax replay`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 async def said_by(folder: Path, *words: str, **environment: str) -> str:
-    """Type a command beside the server whose configuration is there; return what it prints."""
+    """Run a command next to the server configured in this folder; return what it prints."""
     process = await asyncio.create_subprocess_exec(
         *(str(COMMAND), *words, "--config", str(folder / "wax.toml")),
         stdout=asyncio.subprocess.PIPE,
@@ -35,7 +35,7 @@ async def said_by(folder: Path, *words: str, **environment: str) -> str:
 
 
 async def become_host(viewer: Viewer, server: Server) -> None:
-    """Open the host's link in a page that is open already, and wait until it is the host's."""
+    """Open the host's link in an open page, and wait until the page is the host's."""
     said = await said_by(server.log_path.parent, "host-link", **server.environment)
     found = re.search(r"#host=\S+", said)
     assert found, f"`wax host-link` prints no link: {said!r}"

@@ -1,4 +1,4 @@
-"""A gamepad in a page, found as a real one is: by `navigator.getGamepads` and events."""
+"""A gamepad in a page, which finds it like a real one: by `navigator.getGamepads` and events."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ LEFT_OF_CROSS: Final = 14
 
 _SCRIPT: Final = Path(__file__).with_name("gamepad.js").read_text(encoding="utf-8")
 _SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
-"""A page looks at gamepads each 50 ms; by its own timers, which a busy machine delays alike."""
+"""A page reads gamepads every 50 ms, by its own timers, which a busy machine delays alike."""
 
 
 class InjectedGamepad:
-    """One standard gamepad, in the place of all that the browser of a window knows."""
+    """One standard gamepad, replacing all gamepads that the window's browser knows."""
 
     def __init__(self, window: Window) -> None:
         self._window = window
@@ -35,14 +35,14 @@ class InjectedGamepad:
         await self._window.evaluate(f"waxPad.push({axis}, {value})")
 
     async def is_seen(self) -> None:
-        """Wait until the page has looked at it again."""
+        """Wait until the page has read it again."""
         await self._window.evaluate(f"({_SEEN})()")
 
     async def press(self, button: int, *, on: bool = True) -> None:
         await self._window.evaluate(f"waxPad.press({button}, {str(on).lower()})")
 
     async def tap(self, button: int) -> None:
-        """Press a button, and let go of it once the page has seen that."""
+        """Press a button, and release it once the page has seen that."""
         await self.press(button)
         await self.is_seen()
         await self.press(button, on=False)

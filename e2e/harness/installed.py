@@ -1,4 +1,4 @@
-"""What is installed here; what is not is said with what to install."""
+"""Finds what is installed here; for anything missing the error says what to install."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FIREFOX: Final = (
 
 
 def installed(variable: str, names: Sequence[str]) -> str:
-    """Return the path of a program: what the environment names, else the first that is there.
+    """Return the path of a program: the environment's, or the first of the names that exists.
 
     Raises `NotRunError`.
     """

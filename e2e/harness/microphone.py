@@ -1,4 +1,4 @@
-"""A microphone that hears words, of a sound server of our own, for browsers that bring no fake."""
+"""A microphone that hears words, from our own sound server, for browsers without a fake one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _COMMANDS: Final = (
 
 @asynccontextmanager
 async def hearing(ear: Ear, words: Path) -> AsyncIterator[None]:
-    """Give whoever sounds in `ear` a microphone that hears the words of this WAV, once."""
+    """Give programs that play to `ear` a microphone that hears the words of this WAV, once."""
     quiet: dict[str, Any] = {
         "env": {**os.environ, **ear.variables},
         "stdout": asyncio.subprocess.DEVNULL,

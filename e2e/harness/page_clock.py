@@ -16,7 +16,7 @@ _TRIES: Final = 40
 
 @dataclass(frozen=True, slots=True, order=True)
 class PageClock:
-    """CLOCK_MONOTONIC is `ahead_s` of the page's ``performance.now()``, known to ± `error_s`."""
+    """CLOCK_MONOTONIC is `ahead_s` more than the page's ``performance.now()``, ± `error_s`."""
 
     error_s: float
     ahead_s: float
@@ -37,5 +37,5 @@ async def page_clock(evaluate: Callable[[str], Awaitable[Any]]) -> PageClock:
 
 
 def unix_ms(monotonic_s: float) -> float:
-    """Return Unix time at a moment of `time.monotonic`, which pages, cards and the ear have too."""
+    """Return Unix time at a moment of `time.monotonic`; pages, cards and the ear use it, too."""
     return SystemClock().wall_ms() + (monotonic_s - time.monotonic()) * 1000

@@ -1,4 +1,4 @@
-"""The probes' arithmetic: whether the test card is live, and what of its sound is heard (pure)."""
+"""The probes' arithmetic: whether the test card is live, and how its sound is heard (pure)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from e2e.measure.ear import Block
 
 LIVE_MS: Final = 100.0
-"""Median age on one machine, a few times what is usual: 10 ms in Chromium, 25 in Firefox."""
+"""Median age on one machine, a few times the usual: 10 ms in Chromium, 25 in Firefox."""
 
 
 def assert_live(cards: Sequence[Card], held_ms: float = 0.0) -> None:
-    """Assert that nearly all frames are whole and newer than the one before, and that they are new.
+    """Assert that nearly all frames are whole, in order, and live.
 
     `held_ms` is how long they are held back for their sound.
     """
@@ -35,7 +35,7 @@ def assert_live(cards: Sequence[Card], held_ms: float = 0.0) -> None:
 
 
 def loudness(blocks: Sequence[Block]) -> float:
-    """Root mean square over all blocks, 0…1; 0 of nothing."""
+    """Root mean square over all blocks, 0…1; 0 if there are none."""
     if not blocks:
         return 0.0
     return float((sum(block.rms**2 for block in blocks) / len(blocks)) ** 0.5)

@@ -23,7 +23,7 @@ T = TypeVar("T")
 STILL_M: Final = 0.002
 STILL_RAD: Final = 0.004
 STANDS_WITHIN_S: Final = 0.5
-"""With its way of braking. How late each part of a stop is, `e2e.stop` measures."""
+"""Includes the braking distance; `e2e.stop` measures how late each part of a stop is."""
 _LATE: Final = (
     "control.late",
     "commands.lapsed",
@@ -31,16 +31,15 @@ _LATE: Final = (
     *(f"controls.refused.{why}" for why in ("too_old", "too_slow", "from_future")),
     *(f"driver_{why}" for why in ("silences", "stale", "unarmed")),
 )
-"""What the server counts where it, its driver's process or a page was too late, so that the robot
-stood, and after more of it wants a new press. A driver in the server's own process has no counts.
-"""
+"""The server's counts of its own, its driver's process's or a page's lateness, after which the
+robot stands or even needs a new press. A driver in the server's own process has no counts."""
 _TRIES: Final = 3
 _LET_GO_S: Final = 0.3
-"""In which a page says several times that nothing is held."""
+"""In this time a page says several times that nothing is held."""
 
 
 class Told(Protocol):
-    """A server that says how it and its robot are."""
+    """A server that reports its own state and its robot's."""
 
     async def status(self) -> dict[str, Any]: ...
 
@@ -59,12 +58,12 @@ class Pose:
         return math.hypot(self.x_m - since.x_m, self.y_m - since.y_m)
 
     def ahead_m(self, since: Pose) -> float:
-        """How far towards where the robot looked then; negative is back."""
+        """Return the distance towards where the robot looked then; negative is back."""
         east_m, north_m = self.x_m - since.x_m, self.y_m - since.y_m
         return east_m * math.cos(since.heading_rad) + north_m * math.sin(since.heading_rad)
 
     def turned_rad(self, since: Pose) -> float:
-        """Counter-clockwise, -pi…pi."""
+        """Return the turn since then, counter-clockwise, -pi…pi."""
         turn = self.heading_rad - since.heading_rad
         return math.atan2(math.sin(turn), math.cos(turn))
 
@@ -75,7 +74,7 @@ async def pose(server: Told) -> Pose:
 
 
 async def moves(server: Told, within_s: float = 2.0) -> bool:
-    """Return whether the robot moves, as soon as it does: to see that it stands, name the time."""
+    """Return whether the robot moves, as soon as it does; False after `within_s`."""
     before = await pose(server)
 
     async def has_moved() -> bool:
@@ -85,26 +84,26 @@ async def moves(server: Told, within_s: float = 2.0) -> bool:
 
 
 async def drives_on(server: Server) -> bool:
-    """Return whether the robot that has moved still does, once it could have braked."""
+    """Return whether a robot that has moved still moves, after the time that braking takes."""
     await asyncio.sleep(0.3)
     return await moves(server, within_s=0.5)
 
 
 async def lateness(server: Told) -> int:
-    """Count how often the robot rightly stood, or required a new press: somebody was too late."""
+    """Return how often somebody was too late, so that the robot rightly stood or wants a press."""
     status = await server.status()
     counts = status["robot"] | status["counters"]
     return sum(int(counts.get(name, 0)) for name in _LATE)
 
 
 async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
-    """Do `attempt` with nothing held; again, if it comes to nothing while somebody was too late."""
+    """Run `attempt` with nothing held; again, if it failed while somebody was too late."""
     for _ in range(_TRIES - 1):
         before = await lateness(server)
         await nothing_is_held(server)
         if result := await attempt():
             return result
-        await nothing_is_held(server)  # by then the driver's process has told of its counts, too
+        await nothing_is_held(server)  # by then the driver's process has also reported its counts
         if await lateness(server) == before:
             return result
     await nothing_is_held(server)
@@ -114,7 +113,7 @@ async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
 async def holding_moves(
     server: Server, press: Callable[[], Awaitable[None]], let_go: Callable[[], Awaitable[None]]
 ) -> bool:
-    """Return whether the robot moves while it is held on; let go, it stands."""
+    """Hold on and return whether the robot moves; after release it stands."""
 
     async def attempt() -> bool:
         await press()
@@ -127,13 +126,13 @@ async def holding_moves(
 
 
 async def nothing_is_held(server: Server) -> None:
-    """Wait until the operator's page has said so, without which no press moves anything."""
+    """Wait until the operator's page reports that nothing is held: only then can a press count."""
 
     def accepted(status: dict[str, Any]) -> int:
         return int(status["counters"].get("commands.accepted", 0))
 
     before = accepted(await server.status())
-    await server.until(  # the first may have been sent before it let go
+    await server.until(  # the first may have been sent before the release
         lambda told: accepted(told) > before + 1, "the page says that nothing is held", every_s=0.02
     )
 
@@ -159,9 +158,9 @@ async def until_it_moves(
 async def key_moves(
     server: Told, page: Page, key: str, within_s: float, *, if_late: bool = False
 ) -> bool:
-    """Hold a key, pressed again while the robot stands; return whether it moves in time.
+    """Hold a key, and press again while the robot stands; return whether it moves in time.
 
-    What is held while the page sees no picture yet, or was late, moves nothing (`control.gate`).
+    A key held before the page sees a picture, or while it was late, moves nothing (`control.gate`).
     With `if_late` it is pressed again only where the server says so.
     """
     until_s, before, late = time.monotonic() + within_s, -1, await lateness(server)
@@ -182,9 +181,9 @@ async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") ->
 
 
 async def stands_still(server: Told, after_s: float = STANDS_WITHIN_S, for_s: float = 0.6) -> bool:
-    """Return whether the robot stands `after_s` from now at the latest, and stays so for a while.
+    """Return whether the robot stands within `after_s`, and stays so for `for_s`.
 
-    Commands come at least 10 times a second: what would move it on does so at once.
+    Commands come at least 10 times a second, so anything that would move it on does so at once.
     """
     late_s = time.monotonic() + after_s
     asked_s, at = time.monotonic(), await pose(server)

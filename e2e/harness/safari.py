@@ -1,4 +1,4 @@
-"""A Chromium shaped like Safari, by the compatibility data that the browsers' makers keep."""
+"""A Chromium shaped like Safari, by the compatibility data that browser makers maintain."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _SCRIPT: Final = Path(__file__).with_suffix(".js")
 _DATA: Final = ROOT / "web/node_modules/@mdn/browser-compat-data/data.json"
 _NAME: Final = re.compile(r"\w+")
 _ALSO: Final = (("RTCRtpReceiver", "playoutDelayHint"), ("Navigator", "wakeLock"))
-"""What is Chromium's own, and what a page on the home screen lacks."""
+"""APIs of Chromium alone, and what a page on the home screen lacks."""
 
 
 def shaped_like(version: float) -> str:
-    """Return the script that makes a page's browser the Safari of iOS in this version.
+    """Return the script that turns a page's browser into the Safari of this version of iOS.
 
-    What Safari has for a part of its uses stays; workers keep everything.
+    An API that Safari has in some of its places stays; workers keep everything.
     """
     data = json.loads(_DATA.read_text(encoding="utf-8"))
     parts = {**data["javascript"]["builtins"], **data["api"]}
@@ -43,7 +43,7 @@ def _lacked(parts: dict[str, Any], version: float) -> Iterator[tuple[str, str | 
 def _has(entry: dict[str, Any], version: float) -> bool:
     support = entry.get("__compat", {}).get("support", {}).get("safari_ios", [])
     if not support:
-        return True  # nothing is known of it
+        return True  # there is no data about it
     statements = support if isinstance(support, list) else [support]
     return any(_holds(one, version) for one in statements)
 
@@ -55,7 +55,7 @@ def _holds(one: dict[str, Any], version: float) -> bool:
 
 
 def _number(version: str | bool | None) -> float:
-    """As a number; what never was, or is yet to come, is infinitely far."""
+    """Return a version as a number; never, or not yet, is infinite."""
     if not isinstance(version, str) or version == "preview":
         return float("inf")
     return float(version.removeprefix("≤"))

@@ -1,4 +1,4 @@
-"""What is asked of a page by script alone, whichever browser has it."""
+"""Questions to a page by script alone, the same in every browser."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def says(words: str) -> str:
 
 
 def press(name: str) -> str:
-    """Return a script that presses the button with this text, and is true when there is one."""
+    """Return a script that presses the button with this text, and is true if there is one."""
     return (
         "((button) => Boolean(button && !button.disabled && (button.click(), true)))"
         f"({_button(name)})"

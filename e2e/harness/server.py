@@ -32,16 +32,17 @@ T = TypeVar("T")
 
 COMMAND = Path(sys.executable).with_name("wax")
 CLIENT_ID = re.compile(r"\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b(?!\.local)")
-"""What a page says to be known again, as it makes one; mDNS names look alike (RFC 8828)."""
+"""What a page sends so that it is recognised, in a page's own form; mDNS names look alike (RFC
+8828)."""
 ACCOUNT_WITHIN_S = 2.0
 
 
 class Server:
-    """`toml` is its configuration, beside `MANY_PLAYED_BY_ONE`; `folder` takes that and the log.
+    """`toml` is its configuration, besides `MANY_PLAYED_BY_ONE`; `folder` has it and the log.
 
-    The log is what it says on both its outputs.
-    Its status is for the host only, so this is one, by the socket of `wax host-link`. As an async
-    context manager it serves inside the block and has stopped well afterwards.
+    The log has both its outputs. Only a host may read its status, so this class is one, by the
+    socket of `wax host-link`. As an async context manager it serves inside the block and stops
+    cleanly afterwards.
     """
 
     def __init__(self, folder: Path, toml: str) -> None:
@@ -56,9 +57,9 @@ class Server:
             "XDG_STATE_HOME": str(self.state_folder.parent),
             "PYTHONPATH": str(ROOT),
         }
-        """Added to this process's environment; the tests' plug-ins are found by their names."""
+        """Added to this process's environment; plug-ins of the tests are found by their names."""
         self.niceness = 0
-        """Of its process; less than this one's only where that may give it."""
+        """The process's nice value; less than this process's own only where that is allowed."""
         self._process: Process | None = None
 
     async def __aenter__(self) -> Self:
@@ -84,7 +85,7 @@ class Server:
 
     def account(self) -> str:
         """Return the end of its log and its status, for the report of a failed test."""
-        with ThreadPoolExecutor(1) as beside:  # whoever reports a failure may be in an event loop
+        with ThreadPoolExecutor(1) as beside:  # the caller may be in an event loop
             status = beside.submit(asyncio.run, self._account()).result()
         return f"{self.log[-6000:]}\n{status}"
 
@@ -128,7 +129,7 @@ class Server:
     async def stop(self, how: signal.Signals = signal.SIGTERM) -> None:
         """Ask it to exit; raises `AssertionError` if it hangs, fails or has logged an error.
 
-        How soon it must is asked in `tests.deploy`.
+        `tests.deploy` tests how soon it must exit.
         """
         if self._process is None or self._process.returncode is not None:
             return
@@ -150,7 +151,7 @@ class Server:
     async def get(self, path: str, cookies: aiohttp.CookieJar | None = None) -> tuple[int, Any]:
         """Return the HTTP status and the parsed JSON, or the text if it is not JSON.
 
-        It asks as a stranger, or as whom the cookies say.
+        It asks as a stranger, or as the visitor with these cookies.
         """
         async with (
             aiohttp.ClientSession(cookie_jar=cookies) as http,

@@ -1,4 +1,4 @@
-"""A voice, and how well what is heard is that voice."""
+"""A voice, and a measure of how well it is heard."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ TEXT = (
 
 
 def voice(seconds: float) -> NDArray[np.int16]:
-    """Return speech, `seconds` long, at 48 kHz: espeak-ng where it is installed, else vowels."""
+    """Return speech, `seconds` long, at 48 kHz: by espeak-ng if it is installed, otherwise
+    vowels."""
     wanted = int(seconds * RATE_HZ)
     spoken = _espeak() if shutil.which("espeak-ng") else _vowels(wanted)
     return np.resize(spoken, wanted).astype(np.int16)
 
 
 def unbroken(seconds: float) -> NDArray[np.int16]:
-    """Return the same without its pauses: what is silent is not being played."""
+    """Return speech without its pauses, so that silence means that it is not being played."""
     spoken = voice(seconds)
     blocks = _pieces(spoken, _BLOCK)
     rms = np.sqrt(((blocks / 32768) ** 2).mean(axis=1))
@@ -50,23 +51,22 @@ def unbroken(seconds: float) -> NDArray[np.int16]:
 
 
 def read(path: Path) -> NDArray[np.int16]:
-    """Return the sound of a WAV, as a robot's speaker writes it."""
+    """Read a WAV that a robot's speaker wrote."""
     with wave.open(str(path)) as file:
         return np.frombuffer(file.readframes(file.getnframes()), np.int16)
 
 
 def write(path: Path, sound: NDArray[np.int16]) -> None:
-    """Write a WAV, as a browser's microphone reads it."""
+    """Write a WAV for a browser's microphone to read."""
     with wave.open(str(path), "wb") as file:
         file.setparams((1, 2, RATE_HZ, 0, "NONE", ""))
         file.writeframes(sound.tobytes())
 
 
 def in_order(heard: NDArray[np.int16], original: NDArray[np.int16]) -> float:
-    """Return the share of half seconds of `heard` that go on in the looped `original` where the
-    one before ended.
+    """Return the share of half seconds of `heard` that continue the looped `original` in order.
 
-    Each is found by its waveform, whatever else sounds; by chance one in 150 would go on so. One
+    Each is found by its waveform, whatever else sounds; by chance one in 150 would continue so. One
     gap costs one half second, not all that follow.
     """
     loop = _telephone(original)
@@ -86,14 +86,14 @@ def _pieces(sound: NDArray[Any], size: int) -> NDArray[Any]:
 
 
 def _place(piece: NDArray[np.float64], loop: NDArray[np.float64]) -> int:
-    """Return where `loop` is most like `piece`, each place measured by its own energy."""
+    """Return the place in `loop` that is most like `piece`, normalised by each place's energy."""
     alike = _slid(loop, piece)
     energy = _slid(loop**2, np.ones(len(piece)))
     return int(np.argmax(alike / np.sqrt(energy + 0.003 * energy.max())))
 
 
 def _slid(loop: NDArray[np.float64], piece: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the product of `piece` and `loop` at each place of it."""
+    """Return the scalar product of `piece` with each place of `loop`."""
     spectrum = np.fft.rfft(loop) * np.conj(np.fft.rfft(piece, len(loop)))
     return np.fft.irfft(spectrum, len(loop))
 

@@ -1,4 +1,4 @@
-"""Configurations that several tests start a server with."""
+"""Server configurations that several tests share."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ MANY_PLAYED_BY_ONE: dict[str, Any] = {
     },
     "turns": {"max_waiting_per_address": 1000},
 }
-"""In a test one machine plays many people: no limit of one address holds, unless a test sets it."""
+"""One machine plays many people, so no limit for each address applies, unless a test sets it."""
 
 
 def as_shipped() -> dict[str, Any]:
-    """Return the limits of one address with their defaults, for what measures these."""
+    """Return the limits for each address with their defaults, for what measures these."""
     shipped = Settings().model_dump()
     return {
         name: {key: shipped[name][key] for key in keys} for name, keys in MANY_PLAYED_BY_ONE.items()
@@ -39,13 +39,13 @@ CARD = tomlkit.dumps(MEDIA)
 
 
 def card_with(**sections: str) -> str:
-    """Add tables to the test card, as ``turns="turn_s = 3.0"``; ``__`` in a name is a dot."""
+    """Add tables to the test card's, as ``turns="turn_s = 3.0"``; ``__`` in a name is a dot."""
     tables = [f"[{name.replace('__', '.')}]\n{keys}\n" for name, keys in sections.items()]
     return CARD + "\n".join(tables)
 
 
 def card_on(port: Path) -> str:
-    """Have the test card of a robot at the end of a serial line."""
+    """Configure the test card, with a robot on this serial port."""
     serial = f'url = "{port}"\ndialect = "frames"\nreopen_s = 0.2'
     return card_with(robot='driver = "serial"', robot__serial=serial)
 
@@ -67,4 +67,4 @@ def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
 
 
 FEW_PICTURES = tomlkit.dumps(merged(MEDIA, {"video": {"fps": 10.0}}))
-"""The same where the sound is judged: drawing pictures leaves a small machine no time for it."""
+"""For judging the sound: drawing pictures leaves a small machine no time for it."""

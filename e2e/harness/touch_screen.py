@@ -36,7 +36,7 @@ class TouchPoints:
         await self._send("touchMove", self._points)
 
     async def push(self, finger: int, on: Locator, right_px: float, down_px: float) -> None:
-        """Press in its middle, and slide on."""
+        """Press in the element's middle, and slide from there."""
         await self.press(finger, on)
         await self.slide(finger, right_px, down_px)
 

@@ -28,7 +28,7 @@ LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
 
 
 async def box_of(locator: Locator) -> FloatRect:
-    """Return where something is in the window; raises `AssertionError` where it is not shown."""
+    """Return an element's place in the window; raises `AssertionError` if it is not shown."""
     box = await locator.bounding_box()
     assert box is not None, f"{locator} is not shown"
     return box
@@ -47,7 +47,7 @@ class Card:
 
 
 class Viewer:
-    """A page with the video probe in it, whose browser sounds in `ear`.
+    """A page with the video probe in it, whose browser plays to `ear`.
 
     Controls are found by role and accessible name only.
     """
@@ -89,7 +89,7 @@ class Viewer:
 
     @property
     def joystick(self) -> Locator:
-        """What a finger or the mouse pushes the way that the robot should go."""
+        """What a finger or the mouse pushes in the direction in which the robot should go."""
         return self.page.get_by_label("Joystick", exact=True).first
 
     @property
@@ -103,7 +103,7 @@ class Viewer:
             await tab.click()
 
     async def drive_by(self, control: str) -> None:
-        """Have a Joystick or Buttons on the screen, whatever the pointer."""
+        """Choose Joystick or Buttons on the screen, whatever the pointer."""
         await self.open("Settings")
         choice = self.page.get_by_role("combobox", name="On the screen", exact=True)
         await choice.select_option(label=control)
@@ -120,13 +120,13 @@ class Viewer:
         await self.page.get_by_role("button", name=LEAVE).click()
 
     async def release_stop(self) -> None:
-        """Hold the button that releases the stop; again if a busy machine has it refused."""
+        """Hold the button that releases the stop; again if a busy machine made it refused."""
         release, keys = self.button("Hold to release"), self.page.keyboard
 
         async def is_released() -> bool:
             if await release.is_hidden():
                 return True
-            await release.focus()  # a mouse would miss it where the page moves meanwhile
+            await release.focus()  # the mouse would miss it if the page moves meanwhile
             await keys.down("Enter")
             is_hidden = await happens(release.is_hidden, within_s=3.0)
             await keys.up("Enter")
@@ -145,7 +145,7 @@ class Viewer:
         await self.drives(within_s)
 
     async def leaves(self) -> None:
-        """Leave turn or queue, if the page is still there and has such a button."""
+        """Leave turn or queue, if the page is still open and has such a button."""
         leave = self.page.get_by_role("button", name=LEAVE)
         with suppress(Error):
             if await leave.is_visible():
@@ -157,12 +157,12 @@ class Viewer:
         return text.strip().lower().startswith("connected")
 
     async def is_reached_as(self, name: str) -> None:
-        """Let an address for visitors lead to the server, as a name server does."""
+        """Make an address for visitors lead to the server, as a name server does."""
 
         async def through(route: Route) -> None:
             url = route.request.url.replace(name, self.url)
             headers = {**route.request.headers, "origin": self.url}
-            with suppress(Error):  # the page closes meanwhile
+            with suppress(Error):  # the page may close meanwhile
                 await route.fulfill(response=await route.fetch(url=url, headers=headers))
 
         await self.page.route(f"{name}/**", through)
@@ -179,23 +179,23 @@ class Viewer:
         await eventually(say, f"the details say “{words}”", within_s=within_s)
 
     async def puts_the_first_card_away(self) -> None:
-        """Close what greets who is here for the first time, if it is there."""
+        """Close the card that greets newcomers, if it is there."""
         card = self.page.get_by_role("region", name="Welcome", exact=True)
         if await card.is_visible():
             await card.get_by_role("button").last.click()
 
     async def closes(self, panel: str) -> None:
-        """Close a panel by its tab, so that nothing of it has the keyboard."""
+        """Close a panel by its tab, so that nothing in it has the focus."""
         tab = self.button(panel)
         if await tab.get_attribute("aria-expanded") == "true":
             await tab.click()
 
     async def lies_still(self) -> None:
-        """Wait until what is on the page has its place: not sooner than after some frames."""
+        """Wait until everything on the page has its place, which takes some frames."""
         await self.probe("liesStill()")
 
     async def resize(self, width: int, height: int) -> None:
-        """Give the page so many pixels, and wait until it lies still."""
+        """Resize the page to so many pixels, and wait until its layout is stable."""
         await self.page.set_viewport_size({"width": width, "height": height})
         await self.lies_still()
 
@@ -212,9 +212,9 @@ class Viewer:
         return bool(await self.probe("luma()") <= BLACK)
 
     async def cards(self, count: int = 10, at: int = 0) -> list[Card]:
-        """Read the test card off the next `count` presented frames, of the driving view if 0.
+        """Read the test card off the next `count` presented frames.
 
-        `at` counts the cameras beside it from 1.
+        `at` 0 is the driving view; the other cameras count from 1.
         """
         return [Card(**card) for card in await self.probe(f"cards({count}, {at})")]
 
@@ -237,7 +237,7 @@ class Viewer:
     # --- the ear --------------------------------------------------------------------------
 
     async def listen(self) -> None:
-        """Turn the sound on where it is not, and wait until the browser sounds."""
+        """Turn the sound on if it is off, and wait until the browser plays."""
         self._tap = needed(self._ear).tap(records=True)
         button = self.button("Turn sound on")
         if await happens(button.is_visible, within_s=5):  # a page offers it once it is connected
@@ -249,7 +249,7 @@ class Viewer:
         assert await self._tap.hears(within_s=20), "nothing sounds"
 
     def heard(self) -> list[Block]:
-        """Everything that the browser has sounded since `listen` or `forget`."""
+        """Everything that the browser has played since `listen` or `forget`."""
         return [] if self._tap is None else list(self._tap.heard)
 
     def sound(self) -> NDArray[np.int16]:

@@ -45,7 +45,7 @@ async def _answer(ask: Callable[[], Awaitable[T]], within_s: float, every_s: flo
 
 
 async def until(ask: Callable[[], T], what: str, **limits: float) -> T:
-    """Wait as `eventually` does for what is known in this process."""
+    """Wait, as `eventually` does, for a state of this process."""
 
     async def answer() -> T:
         return ask()
@@ -54,7 +54,7 @@ async def until(ask: Callable[[], T], what: str, **limits: float) -> T:
 
 
 async def answers(url: str) -> bool:
-    """Return whether a server answers there, and that all is well."""
+    """Return whether a server answers there, and reports itself healthy."""
     try:
         async with aiohttp.ClientSession(timeout=_IN_TIME) as http, http.get(url) as response:
             return response.status == 200

@@ -1,4 +1,4 @@
-"""Enough of WebDriver (w3.org) to drive Debian's WebKitGTK, on a screen that nobody sees."""
+"""The part of WebDriver (w3.org) that drives Debian's WebKitGTK, on an invisible screen."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class WebKit:
         return await self._post("execute/sync", script=f"return ({expression})", args=[])
 
     async def resize(self, width: int, height: int) -> None:
-        """Give the page so many pixels, where the browser lets a window be so narrow."""
+        """Resize the page to so many pixels, as far as the browser allows a window so narrow."""
         frame = await self.evaluate("[outerWidth - innerWidth, outerHeight - innerHeight]")
         await self._post("window/rect", width=width + frame[0], height=height + frame[1])
 
@@ -71,7 +71,7 @@ def find_webkit() -> tuple[str, str, str]:
 
 @asynccontextmanager
 async def webkit(folder: Path) -> AsyncIterator[WebKit]:
-    """Have a window of a browser without a past; `folder` takes its log and what it keeps."""
+    """Open a window of a browser with a fresh profile; `folder` takes its log and its files."""
     driver, browser, screen = find_webkit()
     async with AsyncExitStack() as leaving:
         display = await leaving.enter_async_context(_display(screen))
@@ -96,7 +96,7 @@ async def webkit(folder: Path) -> AsyncIterator[WebKit]:
 
 @asynccontextmanager
 async def _display(program: str) -> AsyncIterator[int]:
-    """Have a screen in memory; gives its number, which it chooses itself."""
+    """Run a screen in memory; yield its number, which it chooses itself."""
     process = await asyncio.create_subprocess_exec(
         *(program, "-displayfd", "1", "-screen", "0", _SCREEN, "-nolisten", "tcp"),
         stdout=asyncio.subprocess.PIPE,

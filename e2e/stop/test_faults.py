@@ -147,7 +147,7 @@ async def test_a_load_that_did_not_hold_is_no_result() -> None:
 
 @pytest.mark.full
 async def test_nothing_of_an_old_turn_moves_the_robot() -> None:
-    """Left, expired, vanished, crashed or reconnected: after the stop nothing old moves the robot."""
+    """Left, expired, vanished, crashed, reconnected: after the stop no old turn moves the robot."""
     rows = await hand_over(6, load=LIGHT)
     assert rows[0].met, rows[0]
     assert min(rows[0].detail[ending] for ending in get_args(Ending)) >= 1

@@ -59,7 +59,7 @@ class Stage:
             yield window
 
     async def taken(self) -> dict[str, Any]:
-        """Return what the page has heard and pinged since the last call, as ``page.js`` keeps it."""
+        """Return what the page heard and pinged since the last call, as ``page.js`` keeps it."""
         # As text, which is transferred sooner than so many values.
         found: dict[str, Any] = json.loads(
             await self.window.evaluate("JSON.stringify(waxVoice.take())")
