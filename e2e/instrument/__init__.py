@@ -1,13 +1,13 @@
 """Reads the test card off the presented frame and out of the played sound, on any WebRTC page.
 
-Residual errors, as far as they are known; `error.own_error` measures what can be measured:
+The known residual errors; `error.own_error` measures what can be measured:
 
 * Unix time in the page: ± 0.5 ms (``page/clock.js``).
-* Picture: ends where the browser hands the frame to its compositor, at a display refresh; the way
-  to the light is not in it (``page/video_probe.js``). The card's stamp is in whole ms: 0.5 ms.
-* Sound: heard at a device, a null sink of PulseAudio whose monitor is recorded (`e2e.measure.ear`),
-  whichever browser and player. The device plays in steps of 2 ms, handed over at their begin, which
-  is taken into account; with steps of 5 ms the same ages are found within 4 ms.
+* Picture: timed when the browser gives the frame to its compositor, at a display refresh; the time
+  to the screen is not included (``page/video_probe.js``). The card's stamp is in whole ms: 0.5 ms.
+* Sound: recorded from a device, a null sink of PulseAudio (`e2e.measure.ear`), whichever browser
+  and player. The device plays in steps of 2 ms, transferred at their start, which is taken into
+  account; with steps of 5 ms the same ages are found within 4 ms.
 * A burst's begin in Opus is smeared by 2.5 to 5 ms, alike in every system with the same codec.
 
 No script of ours is loaded under the page's policy, so its CSP stays.

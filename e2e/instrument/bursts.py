@@ -17,24 +17,25 @@ Series = list[tuple[float, float]]
 
 _ABSENT: Final = 0.02
 _PRESENT: Final = 0.1
-"""A quarter of the burst's amplitude: surely it."""
+"""A quarter of the burst's amplitude, which nothing else reaches."""
 
 _CONTIGUOUS_MS: Final = 5.0
 _LOST_MS: Final = 3000.0
-"""Bursts that are farther apart say nothing of each other."""
+"""Bursts that are farther apart are evaluated separately."""
 
 _EARLY_MS: Final = 50.0
-"""Sound cannot be heard before it is made; so much is allowed for errors."""
+"""Sound cannot be heard before it is made; this much is allowed for errors."""
 
 _NEAR_MS: Final = 2000.0
 _BESIDE_MS: Final = 500.0
 
 
 def onsets_ms(sound: Sound) -> list[float]:
-    """When each burst began, Unix ms, to a fraction of a block.
+    """Return when each burst began, Unix ms, to a fraction of a block.
 
-    The first block holds a part of the burst; how much of it tells the time inside the block. A
-    burst whose begin was lost, with the block before it or in concealment, is left out.
+    The first block holds a part of the burst; the size of that part gives the time inside the
+    block. A burst whose beginning was lost, with the block before it or in concealment, is left
+    out.
     """
     found = []
     for i in range(1, len(sound.burst) - 1):
@@ -48,16 +49,17 @@ def onsets_ms(sound: Sound) -> list[float]:
 
 
 def bursts(sound: Sound, counters: Counters, pictures: Series) -> Series:
-    """Give the begin of each burst as heard (Unix ms), and its age: how long after its own second.
+    """Return the start of each burst as heard (Unix ms), and its age since its own second.
 
     `pictures` are moments and ages of pictures, in order.
 
-    A burst does not say which second it is of, so its age is known but for whole seconds. From one
-    to the next it changes by less than half a second. What is left is one number of whole seconds
-    for a row of bursts: the age is at least what the jitter buffer held, and of the ages
-    beyond, the one that is nearest to the pictures' is taken. Residual error: where the sound is
-    more than half a second from the picture and more than a second above the jitter buffer's
-    delay, whole seconds may be missing.
+    A burst does not say which second it is of, so its age is known except for whole seconds. From
+    one burst to the next the age changes by less than half a second, so one number of whole seconds
+    applies to a row of bursts: the age is at least what the jitter buffer held, and of the
+    remaining ages the one nearest to the pictures' is taken.
+
+    Residual error: where the sound is more than half a second from the picture and more than a
+    second above the jitter buffer's delay, whole seconds may be missing.
     """
     found = []
     for row in _rows(onsets_ms(sound)):
@@ -104,10 +106,10 @@ def _whole_seconds(
 
 
 def skews_ms(heard: Series, pictures: Series) -> list[float]:
-    """Sound's age less the picture's at each burst: above 0 the sound comes after the picture.
+    """Return the sound's age minus the picture's at each burst; above 0 the sound is later.
 
-    The picture's age is the median of those presented within `_BESIDE_MS` of the burst; where there
-    was none, the burst is left out.
+    The picture's age is the median of those presented within `_BESIDE_MS` of the burst; without
+    any, the burst is left out.
     """
     at_ms = [at for at, _ in pictures]
     skews = []

@@ -1,9 +1,9 @@
 """The test card with a clock that lies on purpose, to see whether the instrument notices.
 
-For the server's configuration: ``source = "e2e.instrument.cards:LyingVideo"``, and
-``LyingAudio``. Their clock is honest for one second of Unix time, then `LIE_MS` behind for one,
-and so on. So each lie has the truth before and after it in the same session, and what differs from
-session to session, or drifts, as the fill of a jitter buffer does, is no error of the instrument.
+For the server's configuration: ``source = "e2e.instrument.cards:LyingVideo"``, and ``LyingAudio``.
+Their clock is honest for one second of Unix time, then `LIE_MS` behind for one, and so on. So each
+lie has the truth before and after it in the same session. A difference between sessions, or a drift
+such as that of a jitter buffer, is therefore no error of the instrument.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LIE_MS: Final = 100
 
 
 def lies(wall_ms: float) -> bool:
-    """Tell whether the cards' clock is behind at this moment of true Unix time.
+    """Return whether the cards' clock is behind at this moment of true Unix time.
 
     It changes at half seconds, far from the bursts.
     """

@@ -1,4 +1,4 @@
-"""The instrument's own error, measured: two of them on one page, and a source that lies."""
+"""The instrument's own error, measured by two of them on one page, and by a source that lies."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from e2e.link import Link
 
 LIMIT_MS: Final = 5.0
-# A small picture, so that the encoder's own unrest is small.
+# A small picture, so that the encoder's own jitter is small.
 _CONFIG: Final = {
     "server": {"host": "0.0.0.0", "port": PORT},
     "video": {
@@ -51,13 +51,12 @@ _TWO: Final = ("__waxLabOne", "__waxLabTwo")
 
 
 async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
-    """Watch WAX over a link that adds nothing, for 15 s and some to start.
+    """Watch WAX over a link that adds nothing, for 15 s after the start.
 
-    The goal is that two instruments on the page agree within 5 ms, and that 100 ms by which the
-    source's clock is behind at times are read as 100 ± 5, for picture and sound. On a busy
-    machine, whose unrest spreads the readings, it goes on for up to 45 s, until they tell. Raises
-    `MeasureError` when server or browser do not work, or where the instrument does not count
-    what the page's built-in player plays.
+    The goals are that two instruments on the page agree within 5 ms, and that the source's lies of
+    100 ms are read as 100 ± 5 ms, for picture and sound. If a busy machine spreads the readings, it
+    continues until they are conclusive, for up to 45 s. Raises `MeasureError` if server or browser
+    do not work, or if the instrument does not count what the page's built-in player plays.
     """
     async with (
         serving(link.server, folder, tomlkit.dumps(_CONFIG)) as served,
@@ -82,9 +81,9 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
 
 
 def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
-    """Compare two readings of one page whose source lied at times; and whether they tell.
+    """Compare two readings of one page whose source lied; return also whether they are conclusive.
 
-    A row for picture and sound each: by how much the worse of both checks is off.
+    There is a row for picture and one for sound: the error of the worse of both checks.
     """
     to_ms = min((read.pictures.at_ms or [read.opened_ms])[-1] for read in (first, second))
     within = window(first, settle_s=_SETTLE_S, to_ms=to_ms)
@@ -103,7 +102,7 @@ def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
 
 
 def _row(kind: str, off_ms: float | None) -> Row:
-    """Make a row; what could not be read is not within the limit."""
+    """Make a row; a figure that could not be read misses the limit."""
     what = f"the instrument, {kind}: two on a page, and {LIE_MS} ms in the source, are wrong by"
     key, off = f"instrument/{kind}", {"off": off_ms}
     row = beside(key, what, "ms", off, LIMIT_MS, n=1, column="off")
@@ -117,10 +116,10 @@ _LEAST_LIES: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """How much older lies were read than the truth beside them.
+    """How much older the lying seconds were read than the honest ones around them.
 
-    `uncertain_ms` is the standard error of `ms`, from the lies' own spread: what the machine's
-    unrest leaves open, whatever the instrument does.
+    `uncertain_ms` is the standard error of `ms`, from the spread of the lies: the machine's jitter,
+    which no instrument can remove.
     """
 
     ms: float
@@ -128,21 +127,21 @@ class Shift:
 
     @property
     def is_clear(self) -> bool:
-        """Whether it is inside or outside of the limit by two standard errors or more."""
+        """Whether it is inside or outside the limit by two standard errors or more."""
         return abs(abs(self.ms - LIE_MS) - LIMIT_MS) >= 2 * self.uncertain_ms
 
 
 def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
-    """Compare the lying seconds with the honest ones about them.
+    """Compare the lying seconds with the honest ones around them.
 
-    `read` are stamps as they were read, and ages. Of each lying second that has both its
-    neighbours: its mean less the mean of theirs; of all these the median. None of fewer than 4.
-    Means, since ages come in steps of the screen's refresh, between which a median jumps; without
-    the outer tenths, since a machine that stalls makes a few pictures old.
+    `read` are the stamps as read, and ages. For each lying second with both neighbours, take its
+    mean minus the neighbours' mean; return the median of these differences, None for fewer than 4.
+    Means are used because ages come in steps of the screen's refresh, between which a median jumps;
+    the outer tenths are left out because a machine that stalls makes a few pictures old.
     """
     seconds: dict[int, list[float]] = {}
     for stamp_ms, age_ms in read:
-        # Both the stamp and what it would truly be must say the same.
+        # The stamp as read and the true one must agree on whether it lies.
         if lies(stamp_ms) == lies(stamp_ms + LIE_MS):
             seconds.setdefault(math.floor((stamp_ms + 500) / 1000), []).append(age_ms)
     means = {second: _mean(ages) for second, ages in seconds.items()}
@@ -154,7 +153,7 @@ def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
     if len(shifts) < _LEAST_LIES:
         return None
     middle = statistics.median(shifts)
-    # Of a normal spread: the median's standard error by way of the median absolute deviation.
+    # For a normal distribution: the median's standard error, from the median absolute deviation.
     deviation = 1.4826 * statistics.median(abs(one - middle) for one in shifts)
     return Shift(middle, 1.2533 * deviation / math.sqrt(len(shifts)))
 

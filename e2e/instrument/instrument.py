@@ -1,4 +1,4 @@
-"""The part of the instrument that asks the page and the ear, and keeps what they said."""
+"""The part of the instrument that asks the page and the ear, and keeps their answers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PLAUSIBLE_MS: Final = 600_000.0
 
 
 def preload(name: str = NAME) -> str:
-    """Return the script to run before any of the page's; two of different names share a page."""
+    """Return the script to run before any of the page's; two with different names share a page."""
     folder = Path(__file__).parent / "page"
     parts = [(folder / f"{part}.js").read_text(encoding="utf-8") for part in _PARTS]
     known = {"NAME": name, "SOUND_REPORT": list(SoundReport.model_fields)}
@@ -36,12 +36,11 @@ PRELOAD: Final = preload()
 
 
 class Instrument:
-    """Reads one page and hears its browser, from now on.
+    """Reads one page and records its browser's sound, from now on.
 
-    `evaluate` runs an expression in the page, awaits promises, returns JSON values.
-
-    The page keeps the last 10 min at most; each call of `readings` fetches what is new. Where the
-    page is loaded again, what it had read since the last call is lost.
+    `evaluate` runs an expression in the page, awaits promises, returns JSON values. The page keeps
+    the last 10 min at most; each call of `readings` fetches what is new. If the page is reloaded,
+    its readings since the last call are lost.
     """
 
     def __init__(
@@ -59,9 +58,9 @@ class Instrument:
     async def readings(self) -> Readings:
         """Return everything from the page's opening until now.
 
-        Raises `MeasureError` where the page never had the instrument in it.
+        Raises `MeasureError` if the instrument was never in the page.
         """
-        # As text, which is handed over sooner than so many values.
+        # As text, which is transferred sooner than so many values.
         taken = await self._evaluate(f"JSON.stringify({self._at}?.take() ?? null)")
         if taken is not None and (found := json.loads(taken)) is not None:
             self._take(found)
@@ -71,13 +70,13 @@ class Instrument:
             )
         _extend(self._readings.sound, Sound.of(self.tap.take()))
         self._readings.first_sound_ms = self.tap.first_ms
-        # A copy: whoever keeps it shall not see it grow.
+        # A copy, which does not grow later.
         return self._readings.model_copy(deep=True)
 
     def _take(self, taken: dict[str, Any]) -> None:
         known = self._readings
         if known is None or (known.first_picture_ms is None and self._load != taken["load"]):
-            # A blank page before the real one is no page.
+            # The blank page before the real one does not count.
             known = self._readings = Readings(opened_ms=taken["opened_ms"])
             self._load = taken["load"]
         if known.first_picture_ms is None:

@@ -16,27 +16,27 @@ CONCEALED_PAUSE_MS: Final = 100.0
 
 _QUIET_TONE: Final = 0.0125
 _QUIET_BURST: Final = 0.1
-"""Both a quarter, 12 dB, below what the card sends."""
+"""Both are a quarter, 12 dB, below what the card sends."""
 
 _MISSING_MS: Final = 5.0
-"""Blocks that are farther apart than their length by more than this have a gap between them."""
+"""If the distance of two blocks exceeds their length by more than this, there is a gap."""
 
 _END_MS: Final = 200.0
-"""The last blocks may be on their way to the reader: less than this is no pause at the end."""
+"""The last blocks may still be in flight to the reader: less than this is no pause at the end."""
 
 _NEARLY_ALL: Final = 0.9
 _RATES_HZ: Final = (8000, 16_000, 32_000, 48_000)
 
 
 Pauses = list[tuple[float, float]]
-"""Interruptions in the order in which they came: Unix time of the begin and length, ms."""
+"""Interruptions in the order in which they came: Unix time of the start, and length, ms."""
 
 
 def tone_pauses(sound: Sound, from_ms: float, to_ms: float) -> Pauses:
-    """Gaps of 30 ms or more in the tone, as far as they lie from `from_ms` to `to_ms`.
+    """Return gaps of 30 ms or more in the tone, cut to `from_ms` … `to_ms`.
 
-    Quiet is a block without tone and without burst; time of which there is no block is quiet too,
-    since nothing was played in it. Known to ± one block.
+    A block without tone and without burst is quiet; time without any block is quiet too, since
+    nothing was played in it. Known to ± one block.
     """
     found: Pauses = []
     quiet_ms: float | None = None  # since when
@@ -64,13 +64,14 @@ def _add(pauses: Pauses, begin_ms: float, end_ms: float) -> None:
 
 
 def concealed_pauses(counters: Counters, from_ms: float, to_ms: float) -> Pauses:
-    """Contiguous concealment of 100 ms or more that began from `from_ms` to `to_ms`.
+    """Return contiguous concealment of 100 ms or more that began from `from_ms` to `to_ms`.
 
-    A concealment goes from the look in which the count of events rises through all looks in which
-    concealed samples grow while it does not: nothing else was played in between. It also goes
-    through a look that was concealed for nine tenths, whose events are but a packet apart. Where
-    several begin in one look, its concealed samples are shared among them evenly. Residual error:
-    the end of one that lies in the look in which another begins is counted to the other.
+    A concealment begins in a look in which the count of events rises, and continues through all
+    looks in which concealed samples grow and that count does not: nothing else was played in
+    between. It also continues through a look of which nine tenths were concealed, since its events
+    are only a packet apart. If several begin in one look, its concealed samples are shared among
+    them evenly. Residual error: the end of one that lies in the look in which another begins counts
+    towards the other.
     """
     found: Pauses = []
     begin_ms, length_ms = 0.0, 0.0
@@ -98,12 +99,12 @@ def concealed_pauses(counters: Counters, from_ms: float, to_ms: float) -> Pauses
 
 
 def _looks(counters: Counters) -> list[tuple[float, float, float, int]]:
-    """Give the time of each look, ms played and concealed since the one before, and events."""
+    """Return the time of each look, ms played and concealed since the previous one, and events."""
     counts = (counters.played_samples, counters.concealed_samples, counters.concealment_events)
     looks = zip(counters.at_ms, *counts, strict=True)
     rows = np.array([look for look in looks if None not in look], float).reshape(-1, 4)
     passed_ms, played, concealed, events = np.diff(rows, axis=0).T
-    # What one second of sound counts depends on its codec.
+    # The number of samples in a second depends on the codec.
     counted = (played > 0) & (passed_ms > 0)
     if not counted.any():
         return []

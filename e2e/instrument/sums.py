@@ -24,16 +24,16 @@ C = TypeVar("C", Counters, PlayerSound)
 
 SETTLE_S: Final = 3.0
 BRIDGED_MS: Final = 50.0
-"""What 2004's client bridged: a delay of 38 ms was not heard, since that is less (5.2.1.3)."""
+"""The gap that 2004's client bridged: its delay of 38 ms was not heard, being shorter (5.2.1.3)."""
 ENDED_MS: Final = 5000.0
-"""Without a picture for this long at the end of a cell, nobody is connected."""
+"""Without a picture for this long at the end of a cell, the viewer is disconnected."""
 _LEAST_SPAN_MS: Final = 5000.0
 _LEAST_POINTS: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """What counts, Unix ms: of the sound what is heard from `sound_from_ms` on."""
+    """The time that counts, Unix ms; for sound it starts at `sound_from_ms`."""
 
     from_ms: float
     to_ms: float
@@ -48,7 +48,7 @@ class Window:
 
 
 def window(readings: Readings, *, settle_s: float = SETTLE_S, to_ms: float | None = None) -> Window:
-    """Count from `settle_s` after the first picture to `to_ms`, else to the last row.
+    """Return the window from `settle_s` after the first picture to `to_ms`, or to the last row.
 
     Sound counts from `settle_s` after it was first heard, if that is later: its jitter buffer
     settles too.
@@ -61,7 +61,7 @@ def window(readings: Readings, *, settle_s: float = SETTLE_S, to_ms: float | Non
 
 
 def figures(readings: Readings, within: Window) -> dict[str, float]:
-    """Sum up one page, by the names of `e2e.delay.measures`; what there is not is left out."""
+    """Sum up one page, by the names of `e2e.delay.measures`; figures without data are left out."""
     ages = picture_ages(readings.pictures)
     aged = [(at, age) for at, age in ages if within.has(at)]
     all_heard = sound_bursts(readings)
@@ -111,14 +111,14 @@ def picture_ages(pictures: Pictures) -> Series:
 
 
 def sound_bursts(readings: Readings) -> Series:
-    """When each second's burst began to be heard, and its age."""
-    # Of what the built-in player plays the browser has no counters.
+    """Return when each second's burst began to be heard, and its age."""
+    # The browser does not count what the built-in player plays.
     counters = Counters() if readings.player_sound.at_ms else readings.counters
     return bursts(readings.sound, counters, picture_ages(readings.pictures))
 
 
 def sized(pictures: Pictures, least: tuple[int, int]) -> list[tuple[float, bool]]:
-    """When each new picture was shown, and whether it was at least so many pixels wide and high.
+    """Return when each new picture was shown, and whether it had at least this width and height.
 
     The same stamp again is the same picture, shown again.
     """
@@ -143,7 +143,7 @@ def pauses_ms(readings: Readings, from_ms: float, to_ms: float) -> tuple[list[fl
 def share(
     readings: Readings, what: Literal["concealed", "stretched"], from_ms: float, to_ms: float
 ) -> float | None:
-    """Return how much of what was played was so, by the count of whichever player played."""
+    """Return this share of what was played, by the counts of whichever player played."""
     player = _within(readings.player_sound, from_ms, to_ms)
     counters = _within(readings.counters, from_ms, to_ms)
     if player.at_ms:
@@ -158,8 +158,8 @@ def share(
 def drift_per_min(series: Series) -> float | None:
     """Return the robust slope (Theil–Sen) of the values over time, per minute.
 
-    Of the medians of each second, so that a second with many values has no more say than one with
-    few. None over less than 5 s or 5 such seconds.
+    It uses the median of each second, so that every second counts the same. None over less than 5 s
+    or 5 such seconds.
     """
     seconds: dict[int, Series] = {}
     for at, value in series:
@@ -201,9 +201,9 @@ def _last_ms(readings: Readings) -> float:
 
 
 def _joined(readings: Readings, heard: Series, within: Window) -> list[float]:
-    """Give the skews from 3 s after joining on, joining being the first picture.
+    """Return the skews from 3 s after joining, which is the first picture.
 
-    Sound that comes later than that has no skew before; the figure of the first sound tells of it.
+    Sound that comes later than that has no skew before; the figure of the first sound shows it.
     """
     if readings.first_picture_ms is None:
         return []
@@ -227,9 +227,9 @@ def _longest_freeze_ms(shown: list[float], within: Window) -> float | None:
 
 
 def _breaks(readings: Readings, within: Window) -> float | None:
-    """How often the page's connection changed its state after it was connected; 0 is never.
+    """Return how often the page's connection changed its state after it was connected.
 
-    An end at which no picture comes any more counts as one. None where it was not looked at.
+    An end without pictures counts as one. None if the state was not read.
     """
     states, shown = readings.connections.state, readings.pictures.at_ms
     if "connected" not in states:
@@ -239,7 +239,7 @@ def _breaks(readings: Readings, within: Window) -> float | None:
 
 
 def _pauses_per_min(readings: Readings, within: Window) -> dict[str, float | None]:
-    """Pauses a minute that 2004's client would not bridge, heard or counted, and the longest."""
+    """Return the pauses a minute that 2004's client would not bridge, and the longest."""
     minutes = (within.to_ms - within.sound_from_ms) / 60_000
     if not readings.sound.start_ms or minutes <= 0:
         return {}
@@ -250,7 +250,7 @@ def _pauses_per_min(readings: Readings, within: Window) -> dict[str, float | Non
 
 
 def _per_s(at_ms: Sequence[float], counts: Sequence[float | None]) -> float | None:
-    """Return how fast a count grew from the first to the last look that had it."""
+    """Return how fast a count grew from the first to the last look that contains it."""
     known = [(at, count) for at, count in zip(at_ms, counts, strict=True) if count is not None]
     if len(known) < 2 or known[-1][0] <= known[0][0]:
         return None
@@ -258,7 +258,7 @@ def _per_s(at_ms: Sequence[float], counts: Sequence[float | None]) -> float | No
 
 
 def _risen(counts: Sequence[float]) -> float:
-    """Return by how much a count grew that begins at 0 again when the player does."""
+    """Return by how much a count grew that restarts at 0 whenever the player does."""
     return sum(after - before if after >= before else after for before, after in pairwise(counts))
 
 

@@ -1,4 +1,4 @@
-"""Readings that were never read, for the tests of the sums: a perfect page, and what is asked."""
+"""Readings made up for the tests of the sums: a perfect page, and the requested flaws."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def pictures(seconds: float, age_ms: float, lie_ms: float = 0.0) -> Pictures:
 
 
 def shown(*parts: tuple[float, float, float, int]) -> Pictures:
-    """Make pictures in parts: until when, s; how many a second; their age, ms; their width."""
+    """Make pictures in parts, each until a time (s), with pictures a second, age (ms) and width."""
     found, begin_s = Pictures(), 0.0
     for until_s, rate, age_ms, width in parts:
         for number in range(round((until_s - begin_s) * rate)):
@@ -64,14 +64,14 @@ def blocks(seconds: float, age_ms: float, lie_ms: float = 0.0) -> Sound:
 
 
 def _share(true_ms: float, lie_ms: float) -> float:
-    """How much of the 10 ms from this moment of capture is burst."""
+    """Return which share of the 10 ms from this moment of capture is burst."""
     begin_ms: float = 1000 * round((true_ms - 45) / 1000)
     begin_ms += lie_ms if lies(begin_ms) else 0
     return max(0.0, min(true_ms + 10, begin_ms + 100) - max(true_ms, begin_ms)) / 10
 
 
 def counters(concealed: list[tuple[float, int]], *, rate_hz: int = 48_000) -> Counters:
-    """Make looks every 100 ms: what was concealed since the last, in ms and in events."""
+    """Make looks every 100 ms: what was concealed since the previous one, in ms and in events."""
     rows, later = range(len(concealed)), concealed[1:]
     columns: dict[str, list[Any]] = {name: [None for _ in rows] for name in Counters.model_fields}
     columns |= {

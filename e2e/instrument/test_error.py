@@ -1,4 +1,4 @@
-"""The instrument under its own magnifying glass: what it is trusted for is shown, not said."""
+"""The instrument's own error is demonstrated, not assumed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize("wrong_ms", [0.0, -8.0, 30.0])
 def test_a_shift_that_is_read_wrong_is_told(wrong_ms: float) -> None:
-    """What an instrument makes of the lie comes out as it is, also while all ages drift."""
+    """The shift that an instrument reads is reported as it is, even while all ages drift."""
     stamps = [10_000_000.0 + 33 * n for n in range(600)]
     read = [
         (stamp, 80 + n / 20 + ((LIE_MS + wrong_ms) if lies(stamp) else 0))
@@ -33,7 +33,7 @@ def test_a_shift_that_is_read_wrong_is_told(wrong_ms: float) -> None:
 
 
 def test_an_instrument_that_reads_wrong_is_not_ok() -> None:
-    """A source that lies by 90 instead of 100, two that are 6 ms apart, nothing heard: not ok."""
+    """A lie read as 90 instead of 100, two readings 6 ms apart, or no sound at all: not ok."""
     right = readings(20, lie_ms=100)
     assert verdict(right, right) == (True, True)
     assert not verdict(readings(20, lie_ms=90), readings(20, lie_ms=90))[0]
@@ -50,7 +50,7 @@ def verdict(first: Readings, second: Readings) -> tuple[bool, bool]:
 
 @pytest.mark.timeout(150)
 async def test_two_agree_and_a_lie_is_read(tmp_path: Path) -> None:
-    """In Chromium two on one page agree within 5 ms, and +100 ms in the source is read as such."""
+    """In Chromium two on one page agree within 5 ms, and the source's +100 ms is read as such."""
     async with Link("same-machine") as link, open_browser(link) as browser:
         rows = await own_error(link, browser, tmp_path)
     assert [row.what for row in rows if not row.met] == []

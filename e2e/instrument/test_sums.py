@@ -1,4 +1,4 @@
-"""The sums: a figure that is wrong in the report is worse than none."""
+"""The sums: a wrong figure in the report is worse than none."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def test_of_nothing_there_is_nothing() -> None:
 
 @pytest.mark.parametrize(("picture_ms", "sound_ms"), [(80, 123), (200, 90)])
 def test_a_perfect_page_is_read_as_what_it_is(picture_ms: float, sound_ms: float) -> None:
-    """Ages, skew, rate and freeze are those that were put in; nothing drifts, nothing pauses.
+    """Ages, skew, rate and freeze are the true ones; nothing drifts, nothing pauses.
 
-    Sound before its picture has a skew below zero, whose size is judged.
+    Sound earlier than its picture has a negative skew, whose size is judged.
     """
     found = summed(readings(20, picture_age_ms=picture_ms, sound_age_ms=sound_ms))
     assert found["picture_age_p50_ms"] == found["picture_age_p95_ms"] == picture_ms
@@ -61,13 +61,13 @@ def test_skew_counts_from_three_seconds_after_joining() -> None:
 
 @pytest.mark.parametrize("age_ms", [3.0, 480.0, 999.0, 1001.0, 1430.0, 2600.0])
 def test_sound_may_be_older_than_a_second(age_ms: float) -> None:
-    """A burst does not say which second it is of; the pictures beside it do."""
+    """A burst does not say which second it is of; the pictures at the same time do."""
     found = summed(readings(10, picture_age_ms=age_ms + 60, sound_age_ms=age_ms))
     assert found["sound_age_p50_ms"] == pytest.approx(age_ms, abs=0.5)
 
 
 def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
-    """With 1.1 s in the jitter buffer, 1.3 s are not 0.3, though the picture is at 0.2."""
+    """With 1.1 s in the jitter buffer an age of 1.3 s is not read as 0.3, as the picture's 0.2 suggests."""
     page = readings(10, picture_age_ms=200, sound_age_ms=1300)
     page.counters = counters([(0, 0)] * 100)
     page.counters.sound_buffer_ms = [1100.0] * 100
@@ -75,7 +75,7 @@ def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
 
 
 def test_sound_that_falls_behind_is_followed_over_the_second() -> None:
-    """From 0.9 s on it grows 50 ms a second to 1.9 s: the drift is 3000 ms a minute, no jump."""
+    """From 0.9 s the age grows by 50 ms a second to 1.9 s: a drift of 3000 ms a minute, no jump."""
     page = readings(1)
     page.pictures = Pictures()
     page.sound = blocks(21, 900)
@@ -86,7 +86,7 @@ def test_sound_that_falls_behind_is_followed_over_the_second() -> None:
 
 
 def test_unreadable_pictures_have_no_age_but_are_pictures() -> None:
-    """With every other card spoilt ages are as before, and the rate counts all that changed."""
+    """With every other card unreadable, ages stay the same, and the rate counts all changes."""
     page = readings(10)
     page.pictures.stamp_ms[::2] = [None] * len(page.pictures.stamp_ms[::2])
     found = summed(page)
@@ -105,7 +105,7 @@ def test_the_same_picture_again_is_no_other() -> None:
 
 
 def test_a_freeze_at_the_end_counts_to_the_end() -> None:
-    """A picture that stands for the last 4 of 12 s while the sound plays counts as a freeze."""
+    """A picture that freezes for the last 4 of 12 s while the sound plays counts as a freeze."""
     page = readings(12)
     page.pictures = pictures(8, 80)
     assert summed(page)["longest_freeze_ms"] == pytest.approx(4000, abs=60)
@@ -113,7 +113,7 @@ def test_a_freeze_at_the_end_counts_to_the_end() -> None:
 
 
 def test_a_rate_is_of_pictures_of_that_size() -> None:
-    """Smaller pictures do not count for the larger size; no large one is none, not nothing."""
+    """Smaller pictures do not count for the larger size; without large ones the rate is 0."""
     page = readings(20).model_copy(update={"pictures": shown((10, 30, 50, 640), (20, 10, 50, 320))})
     found = figures(page, window(page, settle_s=0))
     assert found["pictures_640_per_s"] == pytest.approx(15, abs=0.1)
@@ -123,7 +123,7 @@ def test_a_rate_is_of_pictures_of_that_size() -> None:
 
 
 def test_a_break_is_seen() -> None:
-    """Connected once and all along is 0; each change of it counts, and so does a dead end."""
+    """Always connected is 0; each later change counts, and so does an end without pictures."""
     page = readings(10)
     states = ["connecting", "connected", "disconnected", "connected"]
     for number, expected in ((2, 0), (4, 2)):
@@ -140,7 +140,7 @@ def test_driving_is_seen() -> None:
 
 
 def test_a_pause_in_the_tone_is_found_and_a_blink_is_not() -> None:
-    """50 ms without tone and burst are a pause, 20 ms are none, the burst covers its tone."""
+    """50 ms without tone and burst are a pause, 20 ms are none; the burst covers its own tone."""
     sound = blocks(10, 120)
     for begin, end in ((400, 405), (500, 502), (612, 622)):
         sound.tone[begin:end] = [0.0] * (end - begin)
@@ -148,7 +148,7 @@ def test_a_pause_in_the_tone_is_found_and_a_blink_is_not() -> None:
 
 
 def test_time_that_has_no_blocks_is_a_pause_too() -> None:
-    """Blocks missing in the middle, and none for the last 3 of 13 s."""
+    """Blocks that are missing in the middle, or for the last 3 of 13 s, are pauses."""
     sound = blocks(10, 120)
     for column in (sound.start_ms, sound.tone, sound.burst):
         del column[450:470]
@@ -157,7 +157,7 @@ def test_time_that_has_no_blocks_is_a_pause_too() -> None:
 
 
 def test_late_sound_is_judged_from_its_own_settling_on() -> None:
-    """Of sound first heard after 5 s, what is 3 s later counts; after 12 of 13 s, nothing does."""
+    """Sound first heard after 5 s counts from 8 s on; first heard after 12 of 13 s, never."""
     page = readings(20)
     page.first_sound_ms = OPENED_MS + 5000
     for begin in (600, 900):
@@ -174,7 +174,7 @@ def test_late_sound_is_judged_from_its_own_settling_on() -> None:
 
 
 def test_pauses_are_cut_to_the_window() -> None:
-    """Of 2 s of silence about its begin only what lies inside counts."""
+    """Of 2 s of silence around the window's start, only the part inside counts."""
     sound = blocks(10, 120)
     sound.tone[200:400] = [0.0] * 200
     sound.burst[200:400] = [0.0] * 200
@@ -184,7 +184,7 @@ def test_pauses_are_cut_to_the_window() -> None:
 
 @pytest.mark.parametrize("rate_hz", [8000, 48_000])
 def test_one_concealment_over_several_looks_is_one_pause(rate_hz: int) -> None:
-    """60 ms at the end of a look, two whole looks and 30 ms are 290 ms, at either codec's rate."""
+    """60 ms at the end of a look, two whole looks and 30 ms make 290 ms, at either codec's rate."""
     looks = [(0.0, 0)] * 20
     looks[5:9] = [(60, 1), (100, 0), (100, 0), (30, 0)]
     found = concealed_pauses(counters(looks, rate_hz=rate_hz), OPENED_MS, END_MS)
@@ -192,20 +192,20 @@ def test_one_concealment_over_several_looks_is_one_pause(rate_hz: int) -> None:
 
 
 def test_many_short_concealments_are_no_long_one() -> None:
-    """Two of 40 ms in each of ten looks are none of 100, though 800 ms were concealed in a row."""
+    """Two of 40 ms in each of ten looks are no pause of 100, though 800 ms were concealed."""
     looks = [(0.0, 0)] * 5 + [(80.0, 2)] * 10 + [(0.0, 0)] * 5
     assert concealed_pauses(counters(looks), OPENED_MS, END_MS) == []
 
 
 def test_concealment_broken_for_a_packet_is_one_pause() -> None:
-    """Where a look was concealed for 95 %, what sounded between two events was nothing."""
+    """If 95 % of a look was concealed, nothing audible came between its two events."""
     looks = [(0.0, 0)] * 5 + [(90.0, 1), (95.0, 1), (100.0, 0)] + [(0.0, 0)] * 5
     found = concealed_pauses(counters(looks), OPENED_MS, END_MS)
     assert [length_ms for _, length_ms in found] == [pytest.approx(285)]
 
 
 def test_concealment_counts_from_the_first_sound() -> None:
-    """Of 2 s after the first sound 100 ms were made up; what was before it does not count."""
+    """In the 2 s after the first sound 100 ms were concealed; what came earlier does not count."""
     rows = [(100.0, 1)] * 10 + [(0.0, 0)] * 10 + [(100.0, 1)] + [(0.0, 0)] * 10
     page = Readings(opened_ms=OPENED_MS, first_sound_ms=OPENED_MS + 1000, counters=counters(rows))
     assert summed(page, to_ms=END_MS)["concealed_percent"] == pytest.approx(5, abs=0.5)
@@ -214,9 +214,9 @@ def test_concealment_counts_from_the_first_sound() -> None:
 
 
 def test_the_built_in_players_counts_come_before_the_browsers() -> None:
-    """Where the page plays by itself the browser counts nothing of what is heard."""
+    """While the page plays by itself, the browser counts nothing of what is heard."""
     page = readings(20)
-    seconds = [*range(12), *range(8)]  # it was begun again once, and counts anew
+    seconds = [*range(12), *range(8)]  # it was restarted once, and counts from zero
     page.player_sound = PlayerSound(
         at_ms=[OPENED_MS + 1000.0 * second for second in range(20)],
         played_ms=[1000.0 * second for second in seconds],
@@ -229,7 +229,7 @@ def test_the_built_in_players_counts_come_before_the_browsers() -> None:
 
 
 def test_bytes_are_a_rate() -> None:
-    """Of 1000 bytes a look 10 kB come a second; what was not counted is not told."""
+    """1000 bytes a look are 10 kB a second; without a count there is no figure."""
     page = readings(10)
     page.counters = counters([(0, 0)] * 100)
     page.counters.received_bytes = [float(n * 1000) for n in range(100)]
@@ -249,7 +249,7 @@ def test_drift_is_not_moved_by_outliers() -> None:
 
 @pytest.mark.parametrize("at_ms", [5 * 2**40 + 30.5, 5 * 2**40 - 30.5, 1_800_000_000_000.0])
 def test_a_stamp_of_40_bits_is_completed_about_its_wrap(at_ms: float) -> None:
-    """100 ms before its presentation, whichever side of a multiple of 2⁴⁰ ms that is.
+    """The stamp is 100 ms before its presentation, on either side of a multiple of 2⁴⁰ ms.
 
     One that is hours off is no card: one picture in 256 has the right check by chance.
     """
@@ -258,7 +258,7 @@ def test_a_stamp_of_40_bits_is_completed_about_its_wrap(at_ms: float) -> None:
 
 
 async def test_a_page_without_the_instrument_is_told() -> None:
-    """Readings of a page that never had it are a sentence, not an empty table."""
+    """If the page never had the instrument, the error is a sentence, not an empty table."""
 
     async def nothing(expression: str) -> None:
         assert "take" in expression

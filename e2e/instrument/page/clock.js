@@ -1,6 +1,6 @@
-// Unix time of moments on the page's monotonic clock. `Date.now()` is cut off to whole milliseconds
-// and `timeOrigin` keeps the wall clock's error of the page's opening; so each look bounds the
-// distance between the two clocks from both sides, and it is moved only when it lies outside. It
+// Converts moments of the page's monotonic clock to Unix time. `Date.now()` is truncated to whole
+// milliseconds, and `timeOrigin` keeps the wall clock's error at the page's opening. So each look
+// bounds the offset between the two clocks from both sides, and moves it only if it lies outside. It
 // follows a wall clock that is slewed or set. Residual error: ± 0.5 ms.
 const makeClock = () => {
   let offset_ms = Date.now() + 0.5 - performance.now();

@@ -1,14 +1,14 @@
 // Times the pings that WAX's page sends on the channel "drive", as the page itself sees them: from
-// its call of `send` to the event that brings the answer. Set-points, which nobody answers, share
-// the channel with them; of each it is kept when it was handed over. So do reports, whose counts of
-// the sound are kept where the page's built-in player made them: the browser has none of it.
-// A message is a list: what it is, then the number of a ping or pong, or what a report says of sound.
+// its call of `send` to the event with the answer. Set-points, which have no answer, share the
+// channel; the time of each `send` is recorded. So do reports; those of the page's built-in player
+// have counts of the sound, which the browser does not have.
+// A message is a list: its kind, then a ping's or pong's number, or a report's counts of the sound.
 const makeCommands = (clock, hooks) => {
   const table = makeTable(["at_ms", "round_trip_ms"], 6000);
   const setPoints = makeTable(["at_ms"], 40_000);
   const playerSound = makeTable(["at_ms", "played_ms", "concealed_ms", "stretched_ms"], 6000);
   const watched = new WeakSet();
-  const open = new Map(); // of each id, when it was sent
+  const open = new Map(); // when each id was sent
 
   hooks.on("send", (channel, data) => {
     if (channel.label !== "drive") return;

@@ -1,8 +1,8 @@
-// Looks at the browser's own counts every 100 ms, over all peer connections that there ever were:
-// what a closed one had counted stays in the sum, so that sums never fall.
+// Reads the browser's own counts every 100 ms, summed over all peer connections since the opening:
+// the counts of a closed one stay in the sum, so that sums never fall.
 const makeCounts = (clock, hooks) => {
-  const numbers = new WeakMap(); // of each peer, a number
-  const seen = new Map(); // of each report ever seen that counts something, the last
+  const numbers = new WeakMap(); // each peer's number
+  const seen = new Map(); // the last version of each report that counts something
   let peerCount = 0;
   let before = null;
 

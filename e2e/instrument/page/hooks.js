@@ -1,5 +1,5 @@
-// Learns of every peer connection and every media element, also of those that are in no document.
-// Proxies keep names, prototypes and statics, so the page sees what it always sees.
+// Finds every peer connection and every media element, even those that are in no document.
+// Proxies keep names, prototypes and statics, so the page notices no difference.
 const makeHooks = () => {
   const peers = [];
   const elements = [];

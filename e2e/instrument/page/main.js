@@ -1,4 +1,4 @@
-// Puts the parts together under NAME, which no loop over the window's properties meets.
+// Publishes the parts as window[NAME], a property that no loop over the window enumerates.
 if (window === window.top && !(NAME in window)) {
   const clock = makeClock();
   const hooks = makeHooks();

@@ -1,10 +1,9 @@
 // Reads the largest playing video, frame by frame, as it is presented.
 //
 // "Presented" is `presentationTime`: when the browser gave the frame to its compositor, which is at
-// a display refresh. The callback itself waits for the page's own turn, up to a refresh and more on
-// a busy page, while the screen does not; `expectedDisplayTime` is a promise, not an event. Not in
-// it: the way from there to the light, up to one refresh and whatever the screen takes, the same
-// for every system.
+// a display refresh. The callback itself may be up to a refresh later, or more on a busy page;
+// `expectedDisplayTime` is a prediction. Not included is the time from there to the screen's light:
+// up to one refresh, and the screen's own delay, the same for every system.
 const makeVideoProbe = (clock, hooks) => {
   const COLUMNS = 16;
   const ROWS = 3;
