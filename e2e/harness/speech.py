@@ -34,8 +34,7 @@ TEXT = (
 
 
 def voice(seconds: float) -> NDArray[np.int16]:
-    """Return speech, `seconds` long, at 48 kHz: by espeak-ng if it is installed, otherwise
-    vowels."""
+    """Return speech, `seconds` long, at 48 kHz: espeak-ng's if it is installed, else vowels."""
     wanted = int(seconds * RATE_HZ)
     spoken = _espeak() if shutil.which("espeak-ng") else _vowels(wanted)
     return np.resize(spoken, wanted).astype(np.int16)

@@ -67,7 +67,7 @@ def test_sound_may_be_older_than_a_second(age_ms: float) -> None:
 
 
 def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
-    """With 1.1 s in the jitter buffer an age of 1.3 s is not read as 0.3, as the picture's 0.2 suggests."""
+    """With 1.1 s in the jitter buffer an age of 1.3 s is not read as 0.3, near the picture's."""
     page = readings(10, picture_age_ms=200, sound_age_ms=1300)
     page.counters = counters([(0, 0)] * 100)
     page.counters.sound_buffer_ms = [1100.0] * 100

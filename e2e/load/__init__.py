@@ -1,1 +1,1 @@
-"""What viewers, a crowd, the tape, the page and rooms of LiveKit cost: same work, same machine."""
+"""The cost of viewers, a crowd, the tape, the page and LiveKit rooms, on one machine."""

@@ -1,4 +1,4 @@
-"""What a crowd, and the tape, cost the operator: the same drive without and with it, by turns."""
+"""What a crowd, and the tape, cost the operator: the same drive with and without it, in turn."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from e2e.load.servers import MeasuredServer
 
 OBSERVERS: Final = 50
-"""More do not fit on the other core together with whoever measures."""
+"""More do not fit on the other core together with the measuring process."""
 SLOW: Final = 5
-"""Behind a modem each."""
+"""These observers are behind a modem each."""
 CROWD: Final = f"{OBSERVERS} observers, {SLOW} of them at 50 kbit/s"
 _SETTLE_S: Final = 6.0
 _LOOK_S: Final = 0.02
@@ -37,9 +37,9 @@ _LOOK_S: Final = 0.02
 
 @dataclass(slots=True)
 class Drive:
-    """One drive: ms from stroke to byte, ms of the picture's age on arrival, and what it cost.
+    """One drive: ms from key to byte, ms of the picture's age on arrival, and its cost.
 
-    `cpu` is the server's share of a core, `left_out` what is not on the tape.
+    `cpu` is the server's share of a core, `left_out` what the tape left out.
     """
 
     commands_ms: list[float]
@@ -51,11 +51,11 @@ class Drive:
 
 
 Pairs = list[tuple[Drive, Drive]]
-"""Each without and with what is asked about."""
+"""Pairs of drives without and with what is compared."""
 
 
 async def crowded(n: int) -> list[Row]:
-    """Drive in `n` pairs alone and beside the crowd, every second pair beside it first."""
+    """Drive in `n` pairs alone and with the crowd; every second pair starts with the crowd."""
     server_core, crowd_core = two_cores()
     pairs: Pairs = []
     async with (
@@ -72,7 +72,7 @@ async def crowded(n: int) -> list[Row]:
 
 
 def crowd_rows(pairs: Pairs) -> list[Row]:
-    """Compare pair by pair; of the beat the worst counts."""
+    """Compare pair by pair; of the control loop's beat the worst counts."""
     commands_ms = [_p99_ms([beside]) - _p99_ms([alone]) for alone, beside in pairs]
     pictures_ms = [
         statistics.median(beside.pictures_ms) - statistics.median(alone.pictures_ms)
@@ -94,7 +94,7 @@ def crowd_rows(pairs: Pairs) -> list[Row]:
 
 
 async def recording(n: int) -> list[Row]:
-    """Drive `n` pairs, each on a server of its own; every second pair begins with the tape on."""
+    """Drive `n` pairs, each on a server of its own; every second pair starts with the tape on."""
     pairs: Pairs = []
     for number in range(n):
         found = {is_on: await _taped(is_on=is_on) for is_on in (bool(number % 2), not number % 2)}
@@ -103,7 +103,7 @@ async def recording(n: int) -> list[Row]:
 
 
 def tape_rows(pairs: Pairs) -> list[Row]:
-    """Compare the pairs' shares of a core, and the strokes of all drives: one has too few."""
+    """Compare the pairs' shares of a core, and the strokes of all drives: one drive has too few."""
     percent = [(on.cpu - off.cpu) * 100 for off, on in pairs]
     off, on = ([pair[at] for pair in pairs] for at in (0, 1))
     later_ms = _p99_ms(on) - _p99_ms(off)
@@ -141,7 +141,7 @@ async def _taped(*, is_on: bool) -> Drive:
 
 
 async def _drive(server: MeasuredServer, board: Board, *, seconds: float) -> Drive:
-    """Drive; raises `MeasureError` where the robot does not move, or nothing is seen."""
+    """Drive; raises `MeasureError` if the robot does not move, or no picture arrives."""
     pictures_ms = list[float]()
     async with Operator(server.url, sees=True) as operator:
         await operator.join()

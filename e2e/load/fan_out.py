@@ -36,10 +36,11 @@ _LEAST_FPS_SHARE: Final = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One number of viewers. `cpu` is seconds of processor time per second, `cpu_sd` its spread.
+    """One number of viewers.
 
-    Saturated points are left out of the slope, and so are those with a `flaw`: what, other than
-    the server itself, set the limit.
+    `cpu` is seconds of processor time per second, `cpu_sd` its spread. Saturated points are left
+    out of the slope, and so are those with a `flaw`: something other than the server that limited
+    them.
     """
 
     viewers: int
@@ -81,7 +82,7 @@ async def fan_out(n: int) -> list[Row]:
 
 
 async def _points(side: str, n: int, server_core: int, viewers_core: int) -> list[Point]:
-    """Add viewers until there are enough, or the server takes no more; none where it is absent."""
+    """Add viewers until there are enough or the server takes no more; none if it is missing."""
     serve: AbstractAsyncContextManager[MeasuredServer | JanusServer] = (
         serving_janus(server_core, viewers_core) if side == JANUS else serving(side, server_core)
     )
@@ -101,7 +102,7 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
 
 
 async def grown(crowd: Crowd) -> None:
-    """Wait until each viewer gets nearly every picture; the point reports if that never comes."""
+    """Wait until each viewer gets nearly every picture; if that never comes, the point says so."""
     deadline_s = time.monotonic() + _GROW_S
     before = await crowd.count()
     while time.monotonic() < deadline_s:
@@ -140,7 +141,7 @@ async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, n: int) -> 
 
 
 async def _dropped(server: MeasuredServer | JanusServer) -> int:
-    """Return what our server itself has dropped; the others do not report it."""
+    """Return how much our server itself has dropped; the others do not report it."""
     if not isinstance(server, MeasuredServer) or server.side != WAX:
         return 0
     streams = (await server.status())["streams"]

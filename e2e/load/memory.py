@@ -1,4 +1,4 @@
-"""Memory: with one viewer, for each further one, and after many have come and gone."""
+"""Memory: with one viewer, for each further one, and after many have joined and left."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VIEWERS: Final = {WAX: (1, 8, 16), STOCK: (1, 2, 4)}
 ONE_MIB: Final = 250.0
 FURTHER_MIB: Final = 0.5
 FLAT_MIB: Final = 2.0
-"""Growth over all joins and leaves that still counts as flat: the allocator's own unrest."""
+"""Growth over all joins and leaves that still counts as flat: the allocator's own variation."""
 BATCHES: Final = 10
 _SETTLE_S: Final = 4.0
 _FORGET_S: Final = 60.0
@@ -31,7 +31,7 @@ _LOOK_EVERY_S: Final = 0.2
 async def memory(n: int) -> list[Row]:
     """Hold more and more viewers, then let `n` join and leave, in ten batches.
 
-    Stock does not tell its asyncio tasks.
+    Stock does not report its asyncio tasks.
     """
     batch = max(1, n // BATCHES)
     found = {side: await _use(side, batch) for side in SIDES}
@@ -66,10 +66,10 @@ async def _use(side: str, batch: int) -> dict[str, float]:
 
 
 async def come_and_go(server: MeasuredServer, crowd: Crowd, batch: int) -> tuple[float, int]:
-    """Let ten batches join and leave; return what they lost in MiB, and the handles they left.
+    """Let ten batches join and leave; return the MiB that they leak, and the handles they leave.
 
-    What leaks is the slope of the second half: allocator and libraries first fill pools that
-    stay, and what leaks goes on leaking.
+    The leak is the slope of the second half: allocator and libraries first fill pools that stay,
+    while a leak continues.
     """
     after_mib, left = [], []
     for _ in range(BATCHES + 1):
@@ -99,7 +99,7 @@ async def _rss_mib(server: MeasuredServer) -> float:
 
 
 async def handles(server: MeasuredServer) -> int:
-    """Count the server's threads, descriptors and tasks: what stays, not what is just closing."""
+    """Count the server's threads, descriptors and tasks that stay, without those just closing."""
     found = []
     for _ in range(_LOOKS):
         await asyncio.sleep(_LOOK_EVERY_S)

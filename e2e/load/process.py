@@ -20,7 +20,7 @@ MIB = 1024 * 1024
 
 
 class ProcessMeter:
-    """Reads the costs of one process and of its children; all at `pid` must be alive."""
+    """Reads the costs of one process and of its children; the process at `pid` must be alive."""
 
     def __init__(self, pid: int) -> None:
         self._process = psutil.Process(pid)
@@ -31,7 +31,7 @@ class ProcessMeter:
         return float(sum(one.user + one.system for one in times))
 
     async def share(self, seconds: float) -> float:
-        """Wait for so long; return the processor time that was used meanwhile, seconds of each."""
+        """Wait this long; return the processor time used meanwhile, in seconds per second."""
         began_s, used_s = time.monotonic(), self.cpu_s()
         await asyncio.sleep(seconds)
         return (self.cpu_s() - used_s) / (time.monotonic() - began_s)
@@ -70,7 +70,7 @@ def pinned(core: int | None) -> Iterator[None]:
 
 
 def udp_receive_errors() -> int:
-    """Count datagrams that Linux threw away for want of room (``RcvbufErrors``, RFC 4113)."""
+    """Count datagrams that Linux dropped for want of buffer space (``RcvbufErrors``, RFC 4113)."""
     text = Path("/proc/net/snmp").read_text(encoding="ascii")
     names, values = (line.split() for line in text.splitlines() if line.startswith("Udp:"))
     return int(dict(zip(names, values, strict=True))["RcvbufErrors"])
@@ -78,7 +78,7 @@ def udp_receive_errors() -> int:
 
 @contextmanager
 def all_received() -> Iterator[None]:
-    """Raise `MeasureError` if the kernel threw datagrams away in this block."""
+    """Raise `MeasureError` if the kernel dropped datagrams in this block."""
     before = udp_receive_errors()
     yield
     if (thrown := udp_receive_errors() - before) > 0:

@@ -33,7 +33,7 @@ SIDES: Final = (WAX, STOCK)
 
 SETTINGS: Final[dict[str, Any]] = {
     **toml.MEDIA,
-    # Turns last as long as the run; viewers who left are forgotten soon, so that waits are short.
+    # Turns last as long as the run; departed viewers are forgotten soon, so that waits are short.
     "turns": {"turn_s": 3600.0, "grace_s": 0.5},
 }
 
@@ -70,7 +70,7 @@ class MeasuredServer(Server):
 
 @dataclass(frozen=True, slots=True)
 class JanusServer:
-    """Janus, kept on a core; what feeds it is not counted."""
+    """Janus, kept on a core; the programs that feed it are not counted."""
 
     meter: ProcessMeter
     offering: Offering
@@ -109,7 +109,7 @@ async def serving_board(
 
 @asynccontextmanager
 async def serving_janus(core: int, feeders_core: int) -> AsyncIterator[JanusServer]:
-    """Serve by Janus; raises `NotRunError` where there is none."""
+    """Serve by Janus; raises `NotRunError` if it is missing."""
     port = free_port()
     with TemporaryDirectory(prefix="janus-") as folder, pinned(core):
         async with janus.running(Path(folder), port) as process:

@@ -1,4 +1,4 @@
-"""From what a hand does to the robot's line: strokes, changes that they make, and delays."""
+"""From a hand to the robot's line: strokes, the changes that they make, and delays."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ class Stroke:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """From standing to moving or back, when the frame that says so was whole; CLOCK_MONOTONIC."""
+    """From standing to moving or back: when the frame was complete; CLOCK_MONOTONIC."""
 
     at_ms: float
     moving: bool
 
 
 def changes(frames: Iterable[Seen]) -> list[Change]:
-    """Find when the robot was told to move and when to stand; only frames that were taken count."""
+    """Find when the robot was told to move and when to stand; only accepted frames count."""
     found: list[Change] = []
     moving = False
     for frame in frames:
@@ -49,7 +49,7 @@ def changes(frames: Iterable[Seen]) -> list[Change]:
 
 
 def delays(strokes: Sequence[Stroke], moves: Sequence[Change], *, down: bool) -> list[float]:
-    """Find how long after each stroke its effect came, in ms; without effect it has none."""
+    """Return how long after each stroke its effect came, in ms, for those that had one."""
     if not moves:
         raise MeasureError("the robot's line stayed silent")
     times_ms = [move.at_ms for move in moves]
@@ -65,7 +65,7 @@ def delays(strokes: Sequence[Stroke], moves: Sequence[Change], *, down: bool) ->
 
 
 async def steer_at_random(operator: Operator, seconds: float) -> list[Stroke]:
-    """Press and let go at random phase; what is pressed is sent at once, as by the page."""
+    """Press and release at random phase; each press is sent at once, as by the page."""
     strokes = []
     ends_s = time.monotonic() + seconds
     while time.monotonic() < ends_s:

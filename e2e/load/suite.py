@@ -1,4 +1,4 @@
-"""The suite: what a viewer costs here and in a room of LiveKit, what the page and a crowd cost."""
+"""The suite: the cost of a viewer here and in a LiveKit room, of the page and of a crowd."""
 
 from __future__ import annotations
 

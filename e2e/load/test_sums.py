@@ -1,4 +1,4 @@
-"""The suite's arithmetic: a figure that is wrong in the report is worse than none."""
+"""The suite's arithmetic: a wrong figure in the report is worse than none."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def frame(kind: str, left: int = 0, right: int = 0, verdict: str = "taken") -> d
 
 
 def recorded(*log: dict[str, Any]) -> Record:
-    """Have one event a second, from 0 s on."""
+    """Record one event a second, from 0 s on."""
     return record(*(event | {"t_s": float(at_s)} for at_s, event in enumerate(log)))
 
 
@@ -44,7 +44,7 @@ def test_only_a_change_of_motion_counts() -> None:
 
 
 def test_each_stroke_is_answered_by_the_first_change_after_it() -> None:
-    """Delays run from the key's own stroke; what moved nothing is lent no effect."""
+    """Delays count from the key's own stroke; a stroke that moved nothing gets no effect."""
     strokes = [Stroke(True, 100.0), Stroke(False, 200.0), Stroke(True, 300.0)]
     moves = [Change(112.0, moving=True), Change(206.0, moving=False)]
     assert delays(strokes, moves, down=True) == [12.0]
@@ -54,7 +54,7 @@ def test_each_stroke_is_answered_by_the_first_change_after_it() -> None:
 
 
 def test_what_is_disturbed_or_saturated_has_no_part_in_the_slope() -> None:
-    """Where too few are left there is none."""
+    """If too few points are left, there is no slope."""
 
     def point(viewers: int, cpu: float, flaw: str | None = None, *, full: bool = False) -> Point:
         return Point(viewers, cpu, 0.0, 30.0, 0, full, flaw)
@@ -66,7 +66,7 @@ def test_what_is_disturbed_or_saturated_has_no_part_in_the_slope() -> None:
 
 
 def test_the_price_of_a_crowd_is_what_it_adds() -> None:
-    """Pair by pair, so that a machine that warms up cancels out; of the beat the worst."""
+    """It is taken pair by pair: a machine that warms up cancels out; the worst beat counts."""
     alone = [Drive([1.0, 5.0 + at], [60.0 + at]) for at in range(3)]
     beside = [Drive([1.0, 7.0 + at], [61.0 + at], 0, 2.0 + at, 9.0) for at in range(3)]
     found = crowd_rows(list(zip(alone, beside, strict=True)))
@@ -81,7 +81,7 @@ def stretches(*heaps_mib: float, percent: float = 4.0, fps: float = 30.0) -> lis
 
 
 def test_the_pages_work_is_the_worst_stretch_and_its_heap_the_second_half() -> None:
-    """What fills at first is no leak; what goes on growing is one, over the whole time."""
+    """What fills at first is no leak; what keeps growing is one, over the whole time."""
     flat = stretches(2, 4, 6, 8, 8, 8, 8, 8)
     share, long, heap = work.rows(flat, flat)
     assert (share.met, long.met, heap.met) == (True, True, True)
@@ -98,7 +98,7 @@ def test_the_pages_work_is_the_worst_stretch_and_its_heap_the_second_half() -> N
 
 
 def test_a_press_begins_with_the_ways_own_event() -> None:
-    """A joystick's with the first push, not with the finger; a key's not with another key."""
+    """A joystick's press begins with the first push, not the finger; a key's with its own key."""
     noted: list[list[Any]] = [
         ["pointerdown", "", 1.0, 1.5],
         ["pointermove", "", 2.0, 2.25],
@@ -118,7 +118,7 @@ def test_a_press_begins_with_the_ways_own_event() -> None:
 
 
 def test_presses_without_effect_are_told() -> None:
-    """A few are, and the others' delays count."""
+    """A few presses may have no effect; the others' delays count."""
     strokes = [
         Stroke(down, 1000.0 * at + (0 if down else 300))
         for at in range(40)
@@ -134,7 +134,7 @@ def test_presses_without_effect_are_told() -> None:
 
 
 def test_a_gap_is_counted_from_before_its_edge() -> None:
-    """What stood when the fault came had stood for a while; what came after it ends the gap."""
+    """A picture shown before the fault counts from its start; the next one ends the gap."""
     shown_ms = [0.0, 30.0, 60.0, 900.0, 930.0]
     assert longest_gap_ms(shown_ms, 100.0, 500.0) == 840.0
     assert longest_gap_ms(shown_ms, 10.0, 50.0) == 30.0
@@ -144,7 +144,7 @@ def test_a_gap_is_counted_from_before_its_edge() -> None:
 
 
 def test_each_command_beside_a_fault_has_another_speed() -> None:
-    """The same speed again is no new command."""
+    """A repeated speed is no new command."""
     assert all(abs(a - b) > 0.004 for a, b in pairwise(map(sweep, range(1000))))
     drive = [frame("drive", speed, -speed) for speed in (5, 5, 6)]
     late, stop = frame("drive", 9, -9, "late"), frame("stop")
@@ -154,7 +154,7 @@ def test_each_command_beside_a_fault_has_another_speed() -> None:
 
 
 def test_cases_have_names_of_their_own() -> None:
-    """And what takes half an hour is no part of what is published."""
+    """Cases that take half an hour are not published."""
     keys = [case.key for case in SUITE.cases]
     assert len(set(keys)) == len(keys)
     assert sum(case.minutes for case in SUITE.cases if not case.long) <= 22

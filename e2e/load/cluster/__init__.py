@@ -1,1 +1,1 @@
-"""Observers past one machine, tried with the real LiveKit: two nodes on one Redis."""
+"""Observers beyond one machine, tried with the real LiveKit: two nodes on one Redis."""

@@ -1,6 +1,6 @@
-"""What an observer in a room costs the node of LiveKit, and the robot's own server.
+"""What an observer in a LiveKit room costs its node, and the robot's own server.
 
-``python -m e2e.load.cluster.cost URL`` is `OBSERVERS` who watch in a room until its standard input
+``python -m e2e.load.cluster.cost URL`` is `OBSERVERS` viewers in a room until its standard input
 ends; each gets the best picture and the sound.
 """
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 OBSERVERS: Final = 16
-"""More do not fit on their core, since LiveKit's SDK decodes what comes."""
+"""More do not fit on their core, since LiveKit's SDK decodes what it receives."""
 RENEW_S: Final = 240.0
-"""As the page renews its seat, which is all that the robot's server notices of it."""
+"""How often the page renews its seat, the only cost of an observer for the robot's server."""
 _PAGES: Final = 200
 _AT_ONCE: Final = 4
 _CPU_PERCENT: Final = 0.005
@@ -39,18 +39,18 @@ _WINDOW_S: Final = 8.0
 _ENTER_S: Final = 30.0
 _LEAVE_S: Final = 10.0
 _NICENESS: Final = 10
-"""What decodes here must not delay whoever publishes on this core."""
+"""Decoding here must not delay whoever publishes on this core."""
 
 
 async def room_cost(n: int) -> list[Row]:
-    """Measure `n` pairs of windows: nobody in the room and `OBSERVERS`; and renewals of seats."""
+    """Measure `n` pairs of windows, without and with `OBSERVERS` in the room; and seat renewals."""
     cpu, robots_cpu = [], []
     async with staged("engine") as stage:
         nodes = [ProcessMeter(node.pid) for node in stage.engine.nodes]
         server = ProcessMeter(stage.server.pid)
         for _ in range(n):
             none = await _window(nodes)
-            # Who vanishes is sent to for a while.
+            # LiveKit sends to a vanished observer for a while.
             observers = child("e2e.load.cluster.cost", stage.engine.url(0), leaves_s=_LEAVE_S)
             async with observers as entered:
                 await entered.line(_ENTER_S)
@@ -67,13 +67,13 @@ async def room_cost(n: int) -> list[Row]:
 
 
 async def _window(nodes: Sequence[ProcessMeter]) -> float:
-    """Return the processor time that they take, in seconds of each."""
+    """Return the nodes' processor time per second of each."""
     await asyncio.sleep(_SETTLE_S)
     return sum(await asyncio.gather(*(one.share(_WINDOW_S) for one in nodes)))
 
 
 async def _renewal_s(url: str, server: ProcessMeter) -> float:
-    """Return the processor time of one renewal, beyond what the server takes anyway."""
+    """Return the processor time of one renewal, in addition to the server's usual."""
     gate = asyncio.Semaphore(_AT_ONCE)
 
     async def renew(http: aiohttp.ClientSession, tab: str) -> None:
@@ -91,7 +91,7 @@ async def _renewal_s(url: str, server: ProcessMeter) -> float:
     ]
     pages = [(http, str(uuid.uuid4())) for http in sessions]
     try:
-        await asyncio.gather(*(renew(*page) for page in pages))  # they get their seats
+        await asyncio.gather(*(renew(*page) for page in pages))  # until they have their seats
         cpu_s, began_s = server.cpu_s(), time.monotonic()
         await asyncio.gather(*(renew(*page) for page in pages))
         return (server.cpu_s() - cpu_s - idle * (time.monotonic() - began_s)) / _PAGES

@@ -1,8 +1,8 @@
-"""Somebody who drives at the robot's own server meanwhile, whom no fault of a room concerns.
+"""An operator on the robot's own server, whom no fault of a room may affect.
 
-``python -m e2e.load.cluster.driving URL`` is the operator, in a process of its own, so that nothing
-that measures makes it late. It turns the robot until its standard input ends; where the robot
-stops, it lets go and presses again, as a person does.
+``python -m e2e.load.cluster.driving URL`` is the operator, in a process of its own, so that no
+measurement delays it. It turns the robot until its standard input ends; when the robot stops, it
+releases and presses again, as a person does.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 GAP_MS: Final = 100.0
 _AFTER_S: Final = 0.5
-"""By then a command has come that is newer than the block."""
+"""By then a command has arrived that is newer than the block."""
 _PRESS_S: Final = 0.1
 _AGAIN_S: Final = 0.4
 _LEAVES_S: Final = 10.0
@@ -40,7 +40,7 @@ _STEP: Final = 0.005
 
 
 class Bystander:
-    """Sums up what came from the operator to the board around each fault."""
+    """Sums up which of the operator's commands reached the board around each fault."""
 
     def __init__(self, record: Record) -> None:
         self._record = record
@@ -48,13 +48,13 @@ class Bystander:
         self._stops = 0
 
     def moves(self) -> bool:
-        """Tell whether the newest command moves the robot."""
+        """Whether the newest command moves the robot."""
         self._record.read()
         return bool(self._record.frames) and self._record.frames[-1].moves
 
     @asynccontextmanager
     async def beside(self) -> AsyncIterator[None]:
-        """Take what there is during the block."""
+        """Record what happens during the block."""
         from_ms = now_ms()
         yield
         to_ms = now_ms()
@@ -72,7 +72,7 @@ class Bystander:
 
 
 def speeds_ms(frames: Sequence[Seen]) -> list[float]:
-    """Return when the board was told another speed than before."""
+    """Return when the board was given a new speed."""
     told: list[float] = []
     before: tuple[int, int] | None = None
     for frame in frames:
@@ -96,13 +96,13 @@ async def driving(stage: Stage) -> AsyncIterator[Bystander]:
 
 
 def sweep(seq: int) -> float:
-    """Return the share of full speed of this command: up and down, never twice the same."""
+    """Return this command's share of full speed: up and down, never the same twice in a row."""
     at = seq % (2 * _SWEEP)
     return _SLOWEST + _STEP * min(at, 2 * _SWEEP - at)
 
 
 class Sweeping(Operator):
-    """Turns on the spot, where there is no wall, by another speed with every command."""
+    """Turns on the spot, where there is no wall, at another speed with every command."""
 
     def row(self, seq: int, **other: Any) -> str:
         if self.held:

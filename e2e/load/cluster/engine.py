@@ -30,11 +30,11 @@ _SELECTOR: Final = {
     "sysload_limit": 1_000_000,
     "regions": [{"name": room, "lat": 0, "lon": 90 * at} for at, room in enumerate(ROOMS)],
 }
-"""As config/deploy has it: a room that is made anew, too, lives on the node that was asked."""
+"""As in config/deploy: even a recreated room lives on the node that was asked for it."""
 
 
 class Redis:
-    """Brings the nodes together; it keeps nothing on a disk."""
+    """Connects the nodes; it stores nothing on disk."""
 
     def __init__(self) -> None:
         self.port = free_port()
@@ -57,7 +57,7 @@ class Redis:
         await kill(self._process)
 
     async def nodes(self) -> set[str]:
-        """Return the ids of the nodes, which are drawn anew at each start."""
+        """Return the ids of the nodes, which are random at each start."""
         return set((await self._ask("HKEYS", "nodes")).split())
 
     async def nodes_of_rooms(self) -> set[str]:
@@ -109,7 +109,7 @@ class Engine:
                 return await self.redis.nodes() - before
 
             (pinned,) = await eventually(new, "Redis knows the node")
-            # With what the origin would ask for.
+            # With the configuration that the origin would request.
             room = {"name": name, "node_id": pinned, "empty_timeout": 600}
             room |= {"sync_streams": True, "max_playout_delay": 200}
             await call(node.url, "CreateRoom", room)
@@ -130,7 +130,7 @@ class Engine:
 
 
 async def call(url: str, what: str, body: dict[str, Any]) -> dict[str, Any]:
-    """Ask a node, as an administrator does; raises `aiohttp.ClientError`."""
+    """Send a node an administrator's request; raises `aiohttp.ClientError`."""
     room = body.get("room", "")
     token = signed(KEY, "host", room=room, roomCreate=True, roomAdmin=True, roomList=True)
     path = f"/twirp/livekit.RoomService/{what}"

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from e2e.load.cluster.stage import Stage
 
 ENGINES_OWN_S: Final = 5.5
-"""So long LiveKit counts a dead node among the living; one that is started before gets no rooms."""
+"""LiveKit counts a dead node as alive for this long; one started before that gets no rooms."""
 _FULL: Final = "Watching is full"
 _UNHEARD: Final = "No answer"
 _STEADY_S: Final = 11.0
-"""After so long in a room a page counts those that failed before as good again."""
+"""After this long in a room, a page trusts the rooms again that had failed."""
 _SAYS_WITHIN_S: Final = 20.0
 _FROZEN_S: Final = (0.0, 3.0)
-"""For so long a node stays frozen after it was given up."""
+"""How long a node stays frozen after it was given up."""
 _WITHOUT_REDIS_S: Final = 6.0
 
 
@@ -89,11 +89,11 @@ FAULTS: Final = (
     ("redis", f"Redis killed: no news of the queue → the page says “{_UNHEARD}”", 3000.0, _redis),
     ("nodes", f"all nodes killed → the page says “{_FULL}”", 3000.0, _nodes),
 )
-"""Each with what its row is about, and its goal in ms."""
+"""The subject of each row, and its goal in ms."""
 
 
 async def faults(n: int) -> list[Row]:
-    """Break it `n` times in each way, by turns, at random phase."""
+    """Break it `n` times in each way, in turn, at random phase."""
     found_ms: dict[str, list[float | None]] = defaultdict(list)
     async with staged() as stage, pages() as open_page, driving(stage) as operator:
         page = await open_page(stage.server.url)

@@ -1,4 +1,4 @@
-"""Pages that wait in a room come to the robot's own server for their turn, and go back after it."""
+"""Pages that wait in a room come to the robot's own server for their turn, and then return."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from e2e.load.cluster.page import Page
 
 TURN_S: Final = 8.0
-"""Whoever has driven waits again; where four do, for 24 s: longer than the 20 s above which a page
-goes back to its room, which it leaves again for the last 11 s."""
+"""After driving, a page waits again; with four of them for 24 s. Above 20 s a page returns to its
+room, which it leaves again for the last 11 s."""
 _PAGES: Final = 3
 _DRIVES: Final = "You are driving"
 _GAP_MS: Final = 1000.0
 _AFTER_MS: Final = 500.0
 _LATER_MS: Final = 15.0
 _SETTLE_S: Final = 12.0
-"""Both pages hold the picture back for the sound by then, a step at a time."""
+"""By then both pages hold the picture back for the sound, having adapted in steps."""
 _CARDS: Final = 150
 
 
 async def next_operator(n: int) -> list[Row]:
-    """Have pages take `n` turns, by turns with somebody who stays at the robot's own server."""
+    """Let pages take `n` turns, alternating with somebody who stays at the robot's own server."""
     async with (
         staged(turns={"turn_s": TURN_S}) as stage,
         pages() as open_page,
@@ -48,10 +48,10 @@ async def next_operator(n: int) -> list[Row]:
 
 
 async def _moves(page: Page, left: Iterator[int]) -> list[tuple[bool, float]]:
-    """Take turns until as many have been taken together as are wanted.
+    """Take turns until all pages together have taken enough.
 
-    Of each: whether the server's picture came after the turn began, and the longest time without a
-    new picture on the way there or back.
+    Return for each whether the server's picture came after the turn began, and the longest time
+    without a new picture on the way there or back.
     """
     moves = []
     await page.viewer.join()
@@ -75,7 +75,7 @@ async def _moves(page: Page, left: Iterator[int]) -> list[tuple[bool, float]]:
 
 
 async def room_delay(n: int) -> list[Row]:
-    """Read `n` times the card off two pages at once, in a room and at the robot's own server."""
+    """Read `n` cards off two pages at once, one in a room and one at the robot's own server."""
     async with staged(server={"max_viewers": 1}) as stage, pages() as open_page:
         here = await open_page(stage.server.url)
         await here.shows("server")

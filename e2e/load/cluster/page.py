@@ -1,4 +1,4 @@
-"""A page that watches, and notes what it shows and says, and when."""
+"""A page that watches, and records what it shows and says, and when."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _OPENS_S: Final = 20.0
 
 
 def now_ms() -> float:
-    """Return Unix time, which pages have too."""
+    """Return Unix time, which pages use too."""
     return unix_ms(time.monotonic())
 
 
@@ -42,7 +42,7 @@ class Page:
         self._sockets: list[WebSocket] = []
         viewer.page.on("websocket", self._opened)
 
-    def _opened(self, socket: WebSocket) -> None:  # Playwright takes no builtin method
+    def _opened(self, socket: WebSocket) -> None:  # Playwright accepts no builtin method
         self._sockets.append(socket)
 
     @property
@@ -61,7 +61,7 @@ class Page:
         await eventually(is_there, f"the page shows the picture of the {place}", within_s=_OPENS_S)
 
     async def goes_on(self) -> None:
-        """Wait until it shows a picture that is newer than this call, and says so."""
+        """Wait until it says that it shows a picture, and the picture is newer than this call."""
         from_ms = now_ms()
 
         async def is_newer() -> bool:
@@ -76,14 +76,14 @@ class Page:
         return found
 
     async def places(self) -> list[tuple[float, Place]]:
-        """Return when whose picture came on the screen."""
+        """Return when a picture of each place came on the screen."""
         found: list[tuple[float, Place]] = await self.viewer.page.evaluate("waxPage.places")
         return found
 
     async def says(
         self, sentence: str, since_ms: float, within_s: float, where: str = "status"
     ) -> float | None:
-        """Return how long after a moment it begins to say a sentence; None for never."""
+        """Return how long after a moment it begins to show a sentence; None for never."""
 
         async def said() -> list[float]:
             texts = await self.viewer.page.evaluate(f"waxPage.said.{where}")
@@ -96,7 +96,7 @@ class Page:
 
 @asynccontextmanager
 async def pages() -> AsyncIterator[Open]:
-    """Have Chromium inside the block; gives what opens the robot's page and sees its picture."""
+    """Run Chromium; yield a function that opens the robot's page and waits for its picture."""
     async with async_playwright() as playwright:
         browser = await launch_chromium(playwright)
 
@@ -115,9 +115,9 @@ async def pages() -> AsyncIterator[Open]:
 
 
 def longest_gap_ms(times_ms: Sequence[float], from_ms: float, to_ms: float) -> float:
-    """Return the longest time without any of these; what stood at an edge is counted from before.
+    """Return the longest time without any of these, counting the last one before `from_ms`.
 
-    Raises `MeasureError` where there was nothing before the first edge or after the last one.
+    Raises `MeasureError` if there was nothing before the first edge or after the last.
     """
     begin = max((at for at in times_ms if at <= from_ms), default=None)
     end = min((at for at in times_ms if at >= to_ms), default=None)

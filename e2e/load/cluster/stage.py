@@ -48,7 +48,7 @@ async def are_live(server: Server, count: int, within_s: float) -> None:
 async def published(
     serve: Serve, folder: Path, **settings: str
 ) -> AsyncIterator[tuple[Engine, Server]]:
-    """Have both for a test, which is skipped without them; `settings` as `toml.card_with`."""
+    """Run both for a test, or skip it if they are missing; `settings` as in `toml.card_with`."""
     async with running() as engine:
         tables = "\n".join(f"[[publish]]\n{tomlkit.dumps(room)}" for room in rooms(engine))
         text = toml.card_with(server="max_viewers = 1", **settings) + tables
@@ -59,7 +59,7 @@ async def published(
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """For a measurement; the server drives a board. `robots_core` is the robot's side's."""
+    """For a measurement: the server drives a board, and its side runs on `robots_core`."""
 
     engine: Engine
     server: Server
@@ -89,10 +89,10 @@ class Stage:
 async def staged(
     alone: Literal["robot", "engine"] = "robot", **settings: Any
 ) -> AsyncIterator[Stage]:
-    """Have it inside the block, with both rooms published to; `settings` are tables of the server.
+    """Run it inside the block, with both rooms published to; `settings` are the server's tables.
 
-    One side has a core of its own, as if it were another machine: the robot's server and whoever
-    drives, or the cluster. Raises `NotRunError` where LiveKit, Redis or a second core is missing.
+    One side has a core of its own, as if it were another machine: the robot's server and the
+    operator, or the cluster. Raises `NotRunError` if LiveKit, Redis or a second core is missing.
     """
     own_core, others_core = two_cores()
     robots_core, engines_core = (

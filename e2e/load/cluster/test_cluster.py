@@ -1,4 +1,4 @@
-"""The server and a real cluster: what is published, who may watch, and what ends without it."""
+"""The server and a real cluster: what is published, who may watch, and what happens without it."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ pytestmark = pytest.mark.timeout(120)
 NOTICED_S = 4.0
 BACK_S = 5.0
 ENGINES_OWN_S = 5.0
-"""LiveKit gives a dead node's rooms to nobody before."""
+"""LiveKit reassigns a dead node's rooms only after this."""
 
 
 @asynccontextmanager
 async def person(server: Server) -> AsyncIterator[Client]:
-    """Have a browser that asks the server by HTTP only."""
+    """Have a browser that talks to the server by HTTP only."""
     client = Client(server.url)
     try:
         yield client
@@ -53,7 +53,7 @@ async def person(server: Server) -> AsyncIterator[Client]:
 
 @asynccontextmanager
 async def driving(server: Server) -> AsyncIterator[list[bool]]:
-    """Drive inside the block, which gets whether the robot moved, at each change."""
+    """Drive inside the block; yield a list that gets whether the robot moved, at each change."""
     moved: list[bool] = []
 
     def heard(message: dict[str, Any]) -> None:
@@ -73,13 +73,13 @@ async def driving(server: Server) -> AsyncIterator[list[bool]]:
 
 
 async def answered(client: Client) -> Any:
-    """Return the answer to an offer as a page makes it."""
+    """Return the answer to an offer such as a page makes."""
     await client.peer.setLocalDescription(await client.peer.createOffer())
     return await client.post("/api/offer", {"sdp": client.peer.localDescription.sdp})
 
 
 async def test_a_room_has_both_renditions_and_the_sound(serve: Serve, tmp_path: Path) -> None:
-    """Whoever has a seat sees and hears, unseen by others, and is told of the robot's room."""
+    """A viewer with a seat sees and hears, unseen by others, and gets the robot's news."""
     async with published(serve, tmp_path) as (engine, server), person(server) as ada:
         seats = (await ada.post("/api/seat", {}))["rooms"]
         assert len(seats) == 2
@@ -97,7 +97,7 @@ async def test_a_room_has_both_renditions_and_the_sound(serve: Serve, tmp_path: 
 
 
 async def test_a_full_server_sends_observers_elsewhere(serve: Serve, tmp_path: Path) -> None:
-    """Beyond its places a page is answered with seats; without a cluster, that watching is full."""
+    """Beyond its places a page is offered seats; without a cluster it reads that all is full."""
     async with published(serve, tmp_path) as (engine, server), Client(server.url):
         async with person(server) as ada:
             answer = await answered(ada)
@@ -111,7 +111,7 @@ async def test_a_full_server_sends_observers_elsewhere(serve: Serve, tmp_path: P
 
 
 async def test_a_killed_node_is_noticed_and_used_again(serve: Serve, tmp_path: Path) -> None:
-    """The other room goes on, driving too, and the node's own is published to when it is back."""
+    """The other room and driving continue, and the node is published to again when it is back."""
     async with (
         published(serve, tmp_path) as (engine, server),
         driving(server) as moved,
@@ -133,7 +133,7 @@ async def test_a_killed_node_is_noticed_and_used_again(serve: Serve, tmp_path: P
 
 
 async def test_a_node_that_hung_keeps_its_room(serve: Serve, tmp_path: Path) -> None:
-    """It counts as dead when it goes on, and would give its room to the other node for good."""
+    """By then LiveKit counts it as dead, and would give its room to the other node for good."""
     async with published(serve, tmp_path) as (engine, server):
         engine.nodes[1].freeze()
         await are_live(server, 1, NOTICED_S)
@@ -158,7 +158,7 @@ async def test_without_redis_and_without_the_cluster_driving_goes_on(
 
 
 async def test_the_hosts_acts_reach_the_rooms(serve: Serve, tmp_path: Path) -> None:
-    """Whoever waits elsewhere and is banned is taken out of the room, and gets no seat again."""
+    """Whoever waits elsewhere and is banned is removed from the room, and gets no seat again."""
     async with (
         published(serve, tmp_path) as (_, server),
         Client(server.url, cookies=await server.host_cookies()) as host,
@@ -182,7 +182,7 @@ async def test_the_hosts_acts_reach_the_rooms(serve: Serve, tmp_path: Path) -> N
 
 
 async def test_who_watches_elsewhere_stops_the_robot(serve: Serve, tmp_path: Path) -> None:
-    """As everybody may who watches, within their budget; somebody without a seat may not."""
+    """Everybody who watches may stop it, within their budget; without a seat nobody may."""
     async with published(serve, tmp_path) as (_, server), driving(server) as moved:
         async with person(server) as ada:
             with pytest.raises(SignallingError, match="403"):
@@ -196,7 +196,7 @@ async def test_who_watches_elsewhere_stops_the_robot(serve: Serve, tmp_path: Pat
 async def test_any_whip_server_gets_the_best_picture_and_the_sound(
     serve: Serve, tmp_path: Path
 ) -> None:
-    """Here LiveKit's, as if it were another's; pages are given the link to where it is watched."""
+    """LiveKit stands for any WHIP server; pages get a link to where the robot can be watched."""
     async with running() as engine:
         table = {
             "whip": f"{engine.nodes[0].url}/whip/v1",
@@ -217,7 +217,7 @@ async def test_any_whip_server_gets_the_best_picture_and_the_sound(
         assert await engine.people(0) == [], "it has said goodbye"
 
 
-# --- what config/deploy has of the cluster, taken by the programs themselves -----------------
+# --- config/deploy's files for the cluster, tried with the real programs ---------------------
 
 FOLDER: Final = ROOT / "config/deploy"
 _NODES: Final = re.compile(r"command: (--config .*)")
@@ -233,7 +233,7 @@ def command_lines() -> list[str]:
 
 
 async def test_two_nodes_share_the_rooms() -> None:
-    """LiveKit takes the file and the arguments; a room lives on the node that was asked for it."""
+    """LiveKit accepts the file and the arguments; a room lives on the node that it was asked of."""
     program = find_server()
     redis = Redis()
     nodes: list[Process] = []

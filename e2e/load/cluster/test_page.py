@@ -1,4 +1,4 @@
-"""The page where the robot has no place for it: it watches in a room, and comes for its turn."""
+"""If the robot has no place for a page, it watches in a room, and comes for its turn."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 WATCHING = re.compile(r"\bwatch(es)?\.$")
 REFUSED = 3
-"""So often in a row; the page then waits for a second or two, in which a person can read."""
+"""This often in a row; the page then waits for a second or two, in which a person can read."""
 
 pytestmark = pytest.mark.timeout(150)
 
@@ -43,12 +43,12 @@ async def pages_here(server: Server) -> int:
 
 
 async def has_observer(engine: Engine, number: int) -> bool:
-    """Whether somebody is in the room of this node who publishes nothing."""
+    """Whether anybody who publishes nothing is in this node's room."""
     return any(not one["tracks"] for one in await engine.people(number))
 
 
 async def watches_elsewhere(viewer: Viewer) -> None:
-    """Wait until the page says how many watch, of whom it has no list."""
+    """Wait until the page says how many watch, without naming them."""
     watching = viewer.page.get_by_text(WATCHING).first
     await watching.wait_for(state="visible", timeout=20_000)
 
@@ -57,7 +57,7 @@ async def watches_elsewhere(viewer: Viewer) -> None:
 async def test_a_page_goes_to_the_other_room_when_its_node_is_lost(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, way: str
 ) -> None:
-    """It sees the robot without a place there, is told who drives, and survives a node."""
+    """It sees the robot without a place there, is told who drives, and survives a node's death."""
     async with published(serve, tmp_path) as (engine, server), Operator(server.url) as operator:
         await operator.join()
         viewer = await open_viewer(server)
@@ -69,7 +69,7 @@ async def test_a_page_goes_to_the_other_room_when_its_node_is_lost(
         (watched,) = [number for number in range(2) if await has_observer(engine, number)]
         if way == "killed":
             await engine.nodes[watched].kill()
-        else:  # nothing closes there, and nothing comes
+        else:  # nothing closes there, and nothing arrives
             engine.nodes[watched].freeze()
 
         async def is_back() -> bool:
@@ -86,7 +86,7 @@ async def test_a_page_goes_to_the_other_room_when_its_node_is_lost(
 async def test_a_page_comes_for_its_turn_and_goes_back(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """It queues elsewhere, drives here, and gives the place back when it leaves the queue."""
+    """It queues elsewhere, drives here, and releases the place when it leaves the queue."""
     turns = {"turns": "turn_s = 20.0"}
     async with published(serve, tmp_path, **turns) as (_, server), Operator(server.url) as operator:
         await operator.join()
@@ -107,7 +107,7 @@ async def test_a_page_comes_for_its_turn_and_goes_back(
 async def test_a_page_whose_tokens_have_expired_asks_for_others(
     serve: Serve, tmp_path: Path, chromium: Browser
 ) -> None:
-    """It says that it cannot watch, asks the robot's server again, and sees the robot."""
+    """It says that it cannot watch, asks the robot's server again, and then sees the robot."""
     async with (
         published(serve, tmp_path) as (_, server),
         Operator(server.url),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Watcher:
-    """Notes what comes: sizes of pictures by the robot's rendition, sound that is not silence."""
+    """Records what arrives: the size of pictures by the robot's rendition, and audible sound."""
 
     def __init__(self) -> None:
         self.pictures: dict[str, set[tuple[int, int]]] = {}
@@ -65,7 +65,7 @@ class Watcher:
 
 @asynccontextmanager
 async def watching(seat: Mapping[str, str]) -> AsyncIterator[Watcher]:
-    """Watch inside the block; raises `rtc.ConnectError` where LiveKit refuses the seat's token."""
+    """Watch inside the block; raises `rtc.ConnectError` if LiveKit refuses the seat's token."""
     watcher, room = Watcher(), rtc.Room()
     room.on("track_subscribed", watcher.subscribed)
     room.on("data_received", watcher.heard)

@@ -52,7 +52,7 @@ class Viewers:
         self._here: list[Viewer] = []
 
     async def answer(self, verb: str, number: int) -> Sample:
-        """Have just so many (``hold``), let so many more join and leave (``cycle``); count them."""
+        """Hold `number` viewers (``hold``), or let as many join and leave (``cycle``); count them."""
         try:
             if verb == "hold":
                 await self.hold(number)
@@ -81,7 +81,7 @@ class Viewers:
         try:
             async with asyncio.timeout(CONNECT_TIMEOUT_S):
                 await viewer.connect()
-                # What gets through a modem is up to the server.
+                # The server decides what gets through a modem.
                 for arrived in () if is_slow else viewer.media.arrived.values():
                     await arrived.wait()
         except BaseException as error:
@@ -110,8 +110,8 @@ async def _serve(viewers: Viewers) -> None:
 
 
 if __name__ == "__main__":
-    # A browser waits 30 s for any answer to its checks (RFC 7675); aioice counts each that takes
-    # more than 0.5 s as lost, and leaves a server that hangs now and then.
+    # A browser waits 30 s for any answer to its checks (RFC 7675); aioice counts each as lost after
+    # 0.5 s, and would leave a server that hangs now and then.
     private.install()
     url, how, slow = sys.argv[1:]
     asyncio.run(_serve(Viewers(url, how, int(slow))))

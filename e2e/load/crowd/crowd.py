@@ -62,10 +62,10 @@ async def gathered(
     yields: bool = True,
     through: Callable[[list[str]], list[str]] = list,
 ) -> AsyncIterator[Crowd]:
-    """Have a crowd inside the block, of nobody yet; on its core it yields to whoever measures.
+    """Run a crowd, at first empty, in the block; on its core it yields to the measuring process.
 
-    Where others are busy, too, one that yields is so slow that a server gives it up. The first
-    `slow` of them are behind a modem each; `through` is as of `child`.
+    If other processes are busy too, a yielding crowd is so slow that a server gives it up. The
+    first `slow` viewers are behind a modem each; `through` is as in `child`.
     """
     words = (offering.url, offering.how, slow)
     async with AsyncExitStack() as leaving:

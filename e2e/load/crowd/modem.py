@@ -1,4 +1,4 @@
-"""A line of one viewer's own, usually a modem's: the link model between socket and ICE."""
+"""One viewer's own line, usually a modem's: the link model between socket and ICE."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 PROFILE: Final = "modem-56k"
 _HEADERS: Final = Struct("!I24x")
-"""28 bytes in place of the IP and UDP headers, so that these count; identifies the packet."""
+"""28 bytes in place of the IP and UDP headers, so that these count; it identifies the packet."""
 
 
 def put_behind(protocol: Any, *, seed: int, profile: Profile | None = None) -> None:
-    """Put aioice's `protocol` behind a line, a modem's without a profile, until it is closed."""
+    """Put aioice's `protocol` behind a line, by default a modem's, until it is closed."""
     ways, transport = profile or load(PROFILE), protocol.transport
     came, goes = (
         partial(_hand_on, transport, how) for how in (protocol.datagram_received, transport.sendto)
@@ -32,12 +32,12 @@ def put_behind(protocol: Any, *, seed: int, profile: Profile | None = None) -> N
 
 
 def _hand_on(transport: Any, how: Callable[[bytes, Any], None], data: bytes, address: Any) -> None:
-    if not transport.is_closing():  # ICE gives up those of its sockets that it does not need
+    if not transport.is_closing():  # ICE closes those of its sockets that it does not need
         how(data, address)
 
 
 class Line:
-    """One direction; `hand_on` gets each datagram that came through, with its address."""
+    """One direction; `hand_on` is called with each datagram that came through, and its address."""
 
     def __init__(
         self,

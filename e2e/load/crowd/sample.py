@@ -1,4 +1,4 @@
-"""What a crowd is of, and its answers, each a line of JSON."""
+"""What a crowd watches, and its answers, each a line of JSON."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Offering:
 
 
 class ViewerCounts(BaseModel):
-    """What one viewer has received and sent back since it came."""
+    """What one viewer has received and sent back since it joined."""
 
     video: StreamCounts
     audio: StreamCounts

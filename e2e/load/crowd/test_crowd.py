@@ -21,7 +21,7 @@ WATCHED_S = 3.0
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("side", SIDES)
 async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
-    """Each gets frames and sound; ours gets transport-wide feedback and reports of each."""
+    """Each gets frames and sound; from each, ours gets transport-wide feedback and reports."""
     async with serving(side) as server, gathered(server.offering) as crowd:
         await crowd.hold(VIEWERS)
         await asyncio.sleep(1.0)
@@ -43,14 +43,14 @@ async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
 
 
 async def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
-    """Where nobody answers the near end says so, and the far end has ended."""
+    """If nobody answers, the near end says so, and the far end has ended."""
     with pytest.raises(MeasureError, match=r"127\.0\.0\.1:9"):
         async with gathered(Offering(url="http://127.0.0.1:9", how="wax")) as crowd:
             await crowd.hold(1)
 
 
 async def test_a_line_of_ones_own_keeps_order_and_addresses() -> None:
-    """What goes in comes out as it was, in order, each with its own address, until it is closed."""
+    """Datagrams come out unchanged and in order, with their addresses, until it is closed."""
     come: asyncio.Queue[tuple[bytes, object]] = asyncio.Queue()
     closed = list[bool]()
 

@@ -1,4 +1,4 @@
-"""Viewers of what is compared with: a server that takes an offer, and Janus, which makes one."""
+"""Viewers of the systems compared: a server that takes an offer, and Janus, which makes one."""
 
 from __future__ import annotations
 

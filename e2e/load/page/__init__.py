@@ -1,1 +1,1 @@
-"""What the page itself takes: time to the first picture, work, memory, and an input's way out."""
+"""The cost of the page itself: time to the first picture, work, memory, and an input's delay."""

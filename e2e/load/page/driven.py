@@ -1,4 +1,4 @@
-"""A page that drives, in a browser whose own counters are read by the DevTools protocol."""
+"""A page that drives, in a browser whose counters are read by the DevTools protocol."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from playwright.async_api import Browser, BrowserContext, CDPSession, Page
 
 _SETTLE_S: Final = 3.0
-"""The picture has grown to what the link carries, and no control is held."""
+"""By then the picture is as large as the link carries, and no control is held."""
 
 
 async def counting(page: Page) -> CDPSession:
@@ -35,7 +35,7 @@ async def counters(session: CDPSession) -> dict[str, float]:
 
 @asynccontextmanager
 async def browsing(server_settings: dict[str, Any]) -> AsyncIterator[tuple[Browser, str]]:
-    """Have a server and a browser; gives that and the page's address."""
+    """Run a server and a browser; yield the browser and the page's address."""
     async with serving(WAX, **server_settings) as server, async_playwright() as playwright:
         browser = await launch_chromium(playwright)
         yield browser, server.url
@@ -43,7 +43,7 @@ async def browsing(server_settings: dict[str, Any]) -> AsyncIterator[tuple[Brows
 
 
 async def drives(context: BrowserContext, url: str, script: str) -> Viewer:
-    """Open the page and join; it drives, and its picture has settled."""
+    """Open the page and join; return once it drives and its picture has settled."""
     await context.add_init_script(script)
     viewer = await Viewer.at(context, url)
     await viewer.sees_picture()

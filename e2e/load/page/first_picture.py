@@ -1,4 +1,4 @@
-"""From a link that is opened to a picture that moves, over an emulated line."""
+"""From opening a link to a moving picture, over an emulated line."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from e2e.delay.names import SystemName
 
 _PAUSE_S: Final = 3.0
-"""The server lets the viewer go, and what was under way to them leaves the line."""
+"""In this time the server forgets the viewer, and packets in flight leave the line."""
 _MOVING: Final = Path(__file__).with_name("moving.js").read_text(encoding="utf-8")
 
 
 async def first_picture(profile: str, goal_ms: float, peer: str | None, n: int) -> list[Row]:
-    """Open the page `n` times, each time without a past; the first time of all is not counted."""
+    """Open the page `n` times with an empty cache; a first time before these does not count."""
     found_ms = await _times(profile, "audio-master", n)
     what = f"a link is opened → its picture moves: {profile}"
     rows = [summed(f"first-picture/{profile}", what, "ms", found_ms, goal_ms, judged="p95")]

@@ -1,4 +1,4 @@
-"""From each way's input to the robot's line, which is behind the gate."""
+"""From each kind of input to the robot's line, which comes after the gate."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 GOAL_MS: Final = 20.0
 ANSWERED: Final = 0.95
-"""Where more presses than the rest have no effect, the others' delays say nothing."""
+"""If more than the remaining presses have no effect, the others' delays mean nothing."""
 _SCRIPT: Final = Path(__file__).with_name("input.js").read_text(encoding="utf-8")
 
 
 async def input_to_gate(way: Way, n: int) -> list[Row]:
-    """Press `n` times in a real browser, at random phase against all that beats.
+    """Press `n` times in a real browser, at random phase against everything periodic.
 
-    What is measured ends later than at the gate: with the whole frame on the serial line.
+    The measurement ends after the gate: with the whole frame on the serial line.
     """
     with TemporaryDirectory(prefix="wax-load-") as folder:
         async with Board(Path(folder)) as board:
@@ -50,7 +50,7 @@ async def input_to_gate(way: Way, n: int) -> list[Row]:
 def rows(
     way: Way, strokes: Sequence[Stroke], moves: Sequence[Change], clock_error_ms: float
 ) -> list[Row]:
-    """Sum up the presses; raises `MeasureError` where too many had no effect."""
+    """Sum up the presses; raises `MeasureError` if too many had no effect."""
     presses = sum(stroke.down for stroke in strokes)
     presses_ms = delays(strokes, moves, down=True)
     unanswered = presses - len(presses_ms)
@@ -77,7 +77,7 @@ def rows(
 async def _made(
     way: Way, settings: dict[str, Any], n: int
 ) -> tuple[list[Stroke], list[float], float]:
-    """Drive by this way; gives strokes, how long the browser kept them, and its clock's error."""
+    """Drive in this way; return strokes, how long the browser held them, and its clock's error."""
     device = PHONE if way.is_touched else COMPUTER
     async with browsing(settings) as (browser, url):
         viewer = await drives(await browser.new_context(**device.context), url, _SCRIPT)

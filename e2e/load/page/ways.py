@@ -1,4 +1,4 @@
-"""Ways to drive, as a hand does it: press it, let go of it, and what the browser says then."""
+"""Ways to drive as a hand does: press and release, and the browser's events for both."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _PUSH: Final = """
   waxPad.push(1, ahead);
 }
 """
-"""No browser says when a gamepad moved, so what moves it does; ahead is negative on axis 1."""
+"""No browser says when a gamepad moved, so its mover does; ahead is negative on axis 1."""
 _FOUND_S: Final = 0.5
 _PUSHED: Final = 0.8
 
 
 class Hand(NamedTuple):
-    """Presses and lets go, on one page."""
+    """Presses and releases, on one page."""
 
     press: Callable[[], Awaitable[None]]
     release: Callable[[], Awaitable[None]]
@@ -56,7 +56,7 @@ class Way:
         return [Stroke(kind == self.downs, float(at_ms)) for kind, _, at_ms, _ in self._own(noted)]
 
     def told_after_ms(self, noted: Sequence[Sequence[Any]]) -> list[float]:
-        """Return how long the browser took to tell the page of each press."""
+        """Return how long the browser took to notify the page of each press."""
         own = self._own(noted)
         return [float(told - at) for kind, _, at, told in own if kind == self.downs]
 
@@ -77,7 +77,7 @@ async def _key(viewer: Viewer) -> Hand:
 
 
 async def _joystick(viewer: Viewer) -> Hand:
-    """Put a finger on the middle, which asks for nothing, and push it ahead."""
+    """Put a finger on the middle, which commands nothing, and push it ahead."""
     points = await TouchPoints.of(viewer)
     stick = viewer.joystick
     await stick.scroll_into_view_if_needed()
@@ -91,7 +91,7 @@ async def _joystick(viewer: Viewer) -> Hand:
 
 
 async def _gamepad(viewer: Viewer) -> Hand:
-    """Choose the gamepad by its Start; what is pushed ahead of that moves nothing."""
+    """Choose the gamepad by its Start; a stick pushed before that moves nothing."""
     pad = await InjectedGamepad.plugged_in(viewer.page)
     await asyncio.sleep(_FOUND_S)
     await pad.tap(START)

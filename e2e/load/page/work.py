@@ -1,4 +1,4 @@
-"""What the page takes while somebody drives: main thread, heap, and whether it costs pictures."""
+"""The page's cost while somebody drives: main thread, heap, and whether it loses pictures."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _FRAMES: Final = "() => document.querySelector('video').getVideoPlaybackQuality(
 class Stretch:
     """Some seconds of one page: the main thread's share in percent, long tasks in ms, pictures.
 
-    The heap is read at the end, after its garbage was collected.
+    The heap is read at the end, after garbage collection.
     """
 
     at_min: float
@@ -55,7 +55,7 @@ class Stretch:
 
 
 async def work(n: int) -> list[Row]:
-    """Drive to and fro for `n` stretches; stock's page, a bare video, is looked at for two."""
+    """Drive to and fro for `n` stretches; watch stock's page, a bare video, for two."""
     async with browsing({}) as (browser, url):
         context = await browser.new_context(locale="en-GB")
         viewer = await drives(context, url, _SCRIPT)
@@ -76,10 +76,10 @@ async def work(n: int) -> list[Row]:
 
 
 def rows(ours: Sequence[Stretch], stock: Sequence[Stretch]) -> list[Row]:
-    """Sum up; raises `MeasureError` where fewer pictures came than the figures are about.
+    """Sum up; raises `MeasureError` if there were fewer pictures than the figures assume.
 
-    The heap's growth is the slope of the second half over the whole time: in the first one caches
-    fill that stay, and what leaks goes on leaking.
+    The heap's growth is the slope of the second half, over the whole time: in the first half caches
+    fill and stay, while a leak continues.
     """
     slowest = min(one.fps for one in ours)
     if slowest < LEAST_FPS:
@@ -131,9 +131,9 @@ async def _stretch(page: Page, session: CDPSession, begin: Mapping[str, float]) 
 
 
 async def presented(n: int) -> list[Row]:
-    """Look `n` times at each in turn: the page while it drives, and a bare video.
+    """Watch each `n` times in turn: the page while it drives, and a bare video.
 
-    The other page is closed meanwhile; both are served by the same server, with the same camera.
+    Only one is open at a time; both are served by the same server, with the same camera.
     """
     pairs = []
     async with browsing({}) as (browser, url):
@@ -145,7 +145,7 @@ async def presented(n: int) -> list[Row]:
 
 
 def presented_rows(pairs: Sequence[tuple[float, float]]) -> list[Row]:
-    """Compare pair by pair; raises `MeasureError` where too few came to either to say anything."""
+    """Compare pair by pair; raises `MeasureError` if either got too few pictures to compare."""
     slowest = min(bare for _, bare in pairs)
     if slowest < BARE_FPS:
         raise MeasureError(f"of a bare video {slowest:.1f} pictures a second are presented, not 30")
