@@ -1,4 +1,4 @@
-"""``make measure``: all that is published, and the tables; it goes on where it was ended.
+"""``make measure``: all that is published, and the tables; it resumes where it was stopped.
 
 Exit status: as of `e2e.measure.command`.
 """
@@ -29,7 +29,7 @@ def main(
     published: Path = FOLDER,
     readme: Path = ROOT / "README.md",
 ) -> int:
-    """Carry out the command line; `suites` are modules by their suite's name."""
+    """Run the command line; `suites` are modules by their suite's name."""
     arguments = parse(_parser(suites), words)
     try:
         return _carried_out(arguments, suites, published, readme)

@@ -1,9 +1,8 @@
-"""Cases of one suite in this process: what they find is said and kept, not published.
+"""Runs cases of one suite in this process: the results are printed and kept, not published.
 
-``python -m e2e.measure.command MODULE WORDS`` is how `e2e.measure.runner` starts each case.
-
-Exit status: 0 when every goal is met; 1 when one is missed; 2 when something failed; 77 when this
-machine lacks what a case needs and nothing else is wrong; 130 after Ctrl-C.
+``python -m e2e.measure.command MODULE WORDS`` is how `e2e.measure.runner` starts each case. Exit
+status: 0 if every goal is met; 1 if one is missed; 2 if something failed; 77 if this machine lacks
+what a case needs and nothing else is wrong; 130 after Ctrl-C.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ def main(suite: Suite, words: Sequence[str] | None = None) -> int:
 
 
 def parser_of(program: str, about: str) -> argparse.ArgumentParser:
-    """Return what every measuring command understands."""
+    """Return the parser of the arguments that all measuring commands share."""
     parser = argparse.ArgumentParser(prog=program, description=about)
     parser.add_argument(
         "--only", nargs="+", action="extend", metavar="CASE", help="these; * and ? as in a shell"
@@ -78,7 +77,7 @@ def parse(
 
 
 def run(suite: Suite, arguments: argparse.Namespace) -> int:
-    """Measure; the exit status. Raises `MeasureError` where what was asked for makes no sense."""
+    """Measure; return the exit status. Raises `MeasureError` if the arguments make no sense."""
     wanted = [
         (case, times(case, arguments))
         for _, case in chosen([suite], arguments.only, long=arguments.long)
@@ -115,7 +114,7 @@ def _measure(case: Case, n: int, origin: Origin, load_1min: float, log: Path) ->
         update: dict[str, object] = {"rows": list(case.run(n))}
     except NotRunError as error:
         update = {"status": "not run", "problem": str(error)}
-    except Exception as error:  # whatever it is, the other cases are not to be lost
+    except Exception as error:  # whatever it is, the other cases must not be lost
         with log.open("a", encoding="utf-8") as file:
             file.write(f"{started_utc} {case.key}\n{traceback.format_exc()}\n")
         is_told = isinstance(error, MeasureError | AssertionError)  # as `eventually` says it
@@ -130,7 +129,7 @@ def times(case: Case, arguments: argparse.Namespace) -> int:
 
 
 def line(case: Case, n: int) -> str:
-    """Say of a case how often it measures, how long that takes, and what it asks."""
+    """Describe a case: how often it measures, how long that takes, and what it asks."""
     minutes = f"{case.minutes_of(n):.1f} min" if case.minutes else ""
     return f"{case.key:<28}{n:>6}{minutes:>10}  {case.title}{' (long)' * case.long}"
 
@@ -138,7 +137,7 @@ def line(case: Case, n: int) -> str:
 def chosen(
     suites: Sequence[Suite], patterns: Sequence[str] | None, *, long: bool
 ) -> list[tuple[Suite, Case]]:
-    """Return the cases that a pattern matches, all without one; raises `MeasureError` for none."""
+    """Return the cases that a pattern matches, or all; raises `MeasureError` if there are none."""
     every = [(suite, case) for suite in suites for case in suite.cases]
     keys = [case.key for _, case in every if long or not case.long]
     for pattern in patterns or ():
@@ -166,14 +165,14 @@ def _status(found: Sequence[Result], rows: Sequence[Row]) -> int:
 
 
 def _end_with_the_runner() -> None:
-    """Stop, as by Ctrl-C, once whoever started this is gone: its end of the pipe closes then."""
+    """Stop, as by Ctrl-C, when the parent is gone: its end of the pipe closes then."""
     sys.stdin.read()
-    # To the main thread: it may sleep, and a signal that another takes does not wake it.
+    # To the main thread, which may sleep: a signal handled by another thread does not wake it.
     signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 
 
 if __name__ == "__main__":
-    # A shell ignores Ctrl-C for what it starts in the background, and children inherit that.
+    # A shell makes background programs ignore Ctrl-C, and children inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Thread(target=_end_with_the_runner, daemon=True).start()
     sys.exit(main(import_module(sys.argv[1]).SUITE, sys.argv[2:]))

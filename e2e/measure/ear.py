@@ -1,7 +1,7 @@
 """The ear: what a sound device plays, in blocks of 10 ms, whatever page or browser plays it.
 
-The device is a null sink of PulseAudio of our own; its monitor is what a cable from the
-loudspeaker would carry, so that all that lies between a jitter buffer and the device is heard too.
+The device is a null sink of PulseAudio of our own; its monitor carries what a cable to the
+loudspeaker would, so that the whole path from the jitter buffer to the device is included.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ _STARTS_WITHIN_S: Final = 10.0
 SILENT: Final = 0.001
 _RECENT: Final = 100
 _APART_MS: Final = 100.0
-"""Samples that come so much later than their row lets expect begin another row."""
+"""Samples that come this much later than expected in their row begin a new row."""
 
 _LATENCY_MS: Final = 2
-"""The device plays in steps of this, and is asked to by the recorder."""
+"""The device plays in steps of this length, as the recorder asks."""
 
 
 class Block(NamedTuple):
@@ -55,9 +55,10 @@ class Block(NamedTuple):
 
 
 class Pace:
-    """When each block of an even row was played, from when its samples came.
+    """Tells when each block of an even row was played, from when its samples arrived.
 
-    They come in fragments, never before they were played: the quickest of the last second tells.
+    They arrive in fragments, but never before they were played: the quickest of the last second
+    counts.
     """
 
     def __init__(self) -> None:
@@ -66,7 +67,7 @@ class Pace:
         self._late_ms: list[float] = []
 
     def at_ms(self, came_ms: float) -> float:
-        """Return when the block that came at `came_ms` began to be played."""
+        """Return when the block that arrived at `came_ms` began to be played."""
         late_ms = came_ms - self._begin_ms - BLOCK_MS * (self._blocks + 1)
         if not self._late_ms or abs(late_ms - min(self._late_ms)) > _APART_MS:
             self._begin_ms, self._blocks, self._late_ms = came_ms - BLOCK_MS, 0, []
@@ -78,7 +79,7 @@ class Pace:
 
 
 class Tap:
-    """What one listener has heard and not yet taken; `recorded` are its samples, ``(n, 2)``."""
+    """What one listener has heard and not yet read; `recorded` are its samples, ``(n, 2)``."""
 
     def __init__(self, *, records: bool = False) -> None:
         self.heard: list[Block] = []
@@ -92,7 +93,7 @@ class Tap:
         return heard
 
     async def hears(self, within_s: float) -> bool:
-        """Wait until something sounds, and tell whether it did in time."""
+        """Wait until something sounds; return whether it did in time."""
         with suppress(TimeoutError):
             await asyncio.wait_for(self._sounds.wait(), within_s)
         return self._sounds.is_set()
@@ -107,7 +108,7 @@ class Tap:
 
 
 class Ear:
-    """`variables` is the environment of whoever is to be heard."""
+    """`variables` is the environment for programs that the ear hears."""
 
     def __init__(self, variables: dict[str, str]) -> None:
         self.variables = variables
@@ -118,15 +119,15 @@ class Ear:
         self._waves = [np.exp(-2j * np.pi * hz * at) for hz in (_TONE_HZ, _BURST_HZ)]
 
     def tap(self, *, records: bool = False) -> Tap:
-        """Have all that is heard from now on; whoever lets go of it ends it."""
+        """Return a tap of all that is heard from now on; closing it ends it."""
         tap = Tap(records=records)
         self._taps.add(tap)
         return tap
 
     def hear(self, data: bytes, came_ms: float) -> None:
-        """Take samples, of which the last were handed over at `came_ms`.
+        """Receive samples, of which the last arrived at `came_ms`.
 
-        They are 32-bit floats, left and right in turn. The device hands over what it plays when it
+        They are 32-bit floats, left and right in turn. The device delivers what it plays when it
         begins to play it, in steps of 2 ms.
         """
         data = self._left + data
@@ -158,11 +159,11 @@ class Ear:
 
 @asynccontextmanager
 async def open_ear() -> AsyncIterator[Ear]:
-    """Have a sound device of our own. Raises `NotRunError` or `MeasureError`."""
+    """Run a sound device of our own. Raises `NotRunError` or `MeasureError`."""
     for program, package in (("pulseaudio", "pulseaudio"), ("parec", "pulseaudio-utils")):
         if shutil.which(program) is None:
             raise NotRunError(f"there is no {program}; install the package {package}")
-    # Of its own and not in the caller's folder, since a socket's path has at most 107 characters.
+    # In a folder of its own, not the caller's, since a socket's path has at most 107 characters.
     with tempfile.TemporaryDirectory(prefix="ear-") as folder:
         socket = Path(folder) / "pulse"
         variables = {"PULSE_SERVER": f"unix:{socket}", "PULSE_RUNTIME_PATH": folder}
@@ -170,7 +171,7 @@ async def open_ear() -> AsyncIterator[Ear]:
             "env": {**os.environ, **variables, "HOME": folder},
             "stderr": asyncio.subprocess.DEVNULL,
         }
-        # Without the recorder it ends by itself, also when this process could not end it.
+        # Without the recorder it ends by itself, even if this process could not end it.
         device = await asyncio.create_subprocess_exec(
             *("pulseaudio", "-n", "--daemonize=no", "--exit-idle-time=5", "--realtime=no"),
             *("-L", f"module-native-protocol-unix socket={socket} auth-anonymous=1"),
@@ -194,7 +195,7 @@ async def open_ear() -> AsyncIterator[Ear]:
             await kill(recorder)
             await kill(device)
             if listening is not None:
-                await listening  # to the pipe's end, which closes it
+                await listening  # until the pipe closes
 
 
 async def _there(socket: Path, device: Process) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class MeasureError(Exception):
-    """A sentence for a person: what could not be measured, and why; a log's end may follow it."""
+    """A sentence for a person: what could not be measured, and why; the end of a log may follow."""
 
 
 class NotRunError(MeasureError):

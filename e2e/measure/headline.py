@@ -1,4 +1,4 @@
-"""The few rows by which somebody who has never heard of WAX judges it, in the README."""
+"""The few rows in the README, by which a newcomer judges WAX."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ ROWS: Final = (
     "stop-in-flood",
     "reconnect-network: median",
 )
-"""Each by its key, whichever suite publishes it."""
+"""The rows by their keys, whichever suite publishes them."""
 
 
 def rows(published: Sequence[Published]) -> list[tuple[Published, Row]]:
-    """Find them, the newest of each key; raises `MeasureError` where one is not published."""
+    """Return the newest of each key; raises `MeasureError` if one is not published."""
     found = {
         row.key: (one, row)
         for one in sorted(published, key=lambda one: one.date)

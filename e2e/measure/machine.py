@@ -18,7 +18,7 @@ _PACKAGES: Final = ("wax-teleop", "aiortc", "aioice", "aiohttp", "av", "numpy", 
 
 
 class Machine(BaseModel):
-    """Ratios carry over to another machine, absolute times do not."""
+    """The machine; ratios carry over to another one, absolute times do not."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -47,7 +47,7 @@ def describe() -> Machine:
 
 
 def commit() -> str:
-    """Name the commit; it ends with ``-dirty`` where tracked files differ from it.
+    """Return the commit; it ends with ``-dirty`` if tracked files differ from it.
 
     Figures and tables, which a measurement writes itself, do not count.
     """

@@ -26,8 +26,8 @@ _DIGITS: Final = 4
 class Published(BaseModel):
     """The rows of a suite, all measured at one commit of one version.
 
-    `load` is the highest 1-minute load average before a case; `measured` the hash over what
-    `measures` matched.
+    `load` is the highest 1-minute load average before a case; `measured` is the hash of the files
+    that `measures` matched.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -91,7 +91,7 @@ def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> P
 
 
 def _small(row: Row) -> Row:
-    """Round the values, and drop what is of interest only during the run."""
+    """Round the values, and drop what matters only during the run."""
     text = row.model_copy(update={"detail": {}}).model_dump_json()
     return Row.model_validate(
         json.loads(text, parse_float=lambda value: round(float(value), _DIGITS))

@@ -1,4 +1,4 @@
-"""Sets what is published as tables: all of it on a page of its own, a few rows in the README."""
+"""Renders the published figures as tables: all on a page of their own, a few in the README."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def render(folder: Path, readme: Path) -> None:
 
 
 def page(published: Sequence[Published]) -> str:
-    """Set every table, in the order of the suites."""
+    """Render every table, in the order of the suites."""
     order = list(SUITES)
     ordered = sorted(
         published, key=lambda one: order.index(one.suite) if one.suite in order else len(order)
@@ -48,7 +48,7 @@ def page(published: Sequence[Published]) -> str:
 
 
 def with_headline(text: str, published: Sequence[Published]) -> str:
-    """Put the few rows between their markers; the prose around them stays."""
+    """Put the few rows between their markers; the text around them stays."""
     table = to_headline(rows(published))
     found, count = _BLOCK.subn(lambda match: f"{match[1]}{table}{match[2]}", text)
     if count != 1:

@@ -1,4 +1,4 @@
-"""Results as they come, a line each: an interrupted run loses one case and can be resumed."""
+"""Results as they arrive, a line each: an interrupted run loses one case and can be resumed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Origin(BaseModel):
-    """What a result was measured on. `measured` is the hash over the product's files."""
+    """What a result was measured on. `measured` is the hash of the product's files."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -26,7 +26,7 @@ class Origin(BaseModel):
 
 
 class Result(BaseModel):
-    """One case. `problem` is one sentence where there are no rows; `load_1min` that before."""
+    """One case. `problem` is a sentence if there are no rows; `load_1min` is the load before."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -42,7 +42,7 @@ class Result(BaseModel):
 
 
 class Results:
-    """A suite's file of results; those of another commit stay in it and do not count."""
+    """A suite's file of results; those of another commit stay in it but do not count."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "results.jsonl"
@@ -58,11 +58,11 @@ class Results:
         return {(one.case, one.n): one for one in self._every() if one.origin == origin}
 
     def newest(self) -> list[Result]:
-        """Return the results that count beside the newest one."""
+        """Return the newest result, and those that count together with it."""
         every = list(self._every())
         return list(self.of(every[-1].origin).values()) if every else []
 
     def _every(self) -> Iterator[Result]:
         for line in self.path.read_text("utf-8").splitlines() if self.path.exists() else ():
-            with suppress(ValidationError):  # torn by a crash, or of another version
+            with suppress(ValidationError):  # torn by a crash, or written by another version
                 yield Result.model_validate_json(line)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Summary(BaseModel):
-    """`median` is the usual one; `p95` and `p99` are nearest-rank, so values that were measured."""
+    """Quantiles: `p95` and `p99` are nearest-rank, so they were measured."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -51,16 +51,16 @@ def summarize(values: Sequence[float]) -> Summary:
 
 
 def quantiles(values: Sequence[float]) -> dict[str, float | None]:
-    """Return what stands in the columns of a row that is told and not judged."""
+    """Return the columns of a row that is reported but not judged."""
     return dict(summarize(values).model_dump(include={"median", "p95", "p99", "max"}))
 
 
 class Row(BaseModel):
-    """`values` are numbers in `unit`, by the name of their column; None where there is none.
+    """`values` are numbers in `unit`, by the name of their column; None if there is none.
 
-    The goal is that the value of the column `judged` is at most `goal`, or with `at_least` no
-    less. `met` is None where there is no goal or nothing to judge. `load` says what the system
-    carried meanwhile. `detail` explains a result to whoever runs the suite; it is not published.
+    The goal is that the value of the column `judged` is at most `goal`, or with `at_least` no less.
+    `met` is None if there is no goal or nothing to judge. `load` is the system's load meanwhile.
+    `detail` explains a result to whoever runs the suite; it is not published.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -97,10 +97,10 @@ def summed(
     wrong: int = 0,
     **detail: Any,
 ) -> Row:
-    """Sum up repetitions; what never came to an end (None) misses every goal.
+    """Sum up repetitions; one that never ended (None) misses every goal.
 
     `judged` is a name of `Summary`; `wrong` counts what must never happen, and misses the goal.
-    Raises `MeasureError` where nothing was measured.
+    Raises `MeasureError` if nothing was measured.
     """
     if not values:
         raise MeasureError(f"{key}: nothing was measured")
@@ -156,7 +156,7 @@ def judged(
     at_least: bool = False,
     **more: Any,
 ) -> Row:
-    """Set values beside each other; the goal is about that of `column`."""
+    """Compare values of several systems in one row; the goal is about that of `column`."""
     value = values.get(column)
     met = None
     if value is not None and goal is not None:

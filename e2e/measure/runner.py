@@ -1,7 +1,7 @@
 """Measures the chosen cases one after the other, and publishes each suite that is complete.
 
-Each case runs in a process of its own, in a session of its own: one that crashes or hangs costs
-itself, and none is measured beside what another has left in memory.
+Each case runs in a process and a session of its own: if it crashes or hangs, no other is lost, and
+it cannot be affected by another case's leftovers in memory.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ SUITES: Final = {
     "strangers": "e2e.strangers.suite",
     "safety-tests": "tests.mutants.suite",
 }
-"""The module of each, in the order in which they are shown."""
+"""Each suite's module, in the order of the tables."""
 
 _WORST: Final = (130, 2, NOT_RUN, 1, 0)
-"""Exit statuses: of several the first counts."""
+"""Exit statuses: the first of these that occurs is the result."""
 _HANGS_MINUTES: Final = 10.0
-"""What takes three times as long as it should, and so much more, does not end."""
+"""A case that takes three times its minutes, plus these, hangs."""
 _TIDY_S: Final = 30.0
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One case that is to be measured `n` times, of the suite in `module`."""
+    """One case to be measured `n` times, of the suite in `module`."""
 
     module: str
     suite: Suite
@@ -63,16 +63,16 @@ class Task:
 
 
 def loaded(names: Sequence[str], suites: Mapping[str, str] = SUITES) -> dict[str, Suite]:
-    """Import the suites, all where none is named; by their modules."""
+    """Import these suites, or all if none is named; return them by module."""
     return {module: import_module(module).SUITE for name, module in suites.items()
             if name in names or not names}  # fmt: skip
 
 
 def planned(suites: Mapping[str, Suite], arguments: argparse.Namespace) -> list[Task]:
-    """Return what is asked for and has no result of this commit and machine yet.
+    """Return the chosen cases that have no result of this commit and machine yet.
 
-    What the README shows comes first, then what is quick, so that a fault is seen early. What is
-    not committed is always measured again: no two states of it can be told apart.
+    The README's come first, then the quick ones, so that a fault shows early. Uncommitted code is
+    always measured again, because two states of it cannot be told apart.
     """
     modules = {suite.name: module for module, suite in suites.items()}
     tasks = [
@@ -94,7 +94,7 @@ def _kept(suite: Suite, out: Path) -> dict[tuple[str, int], Result]:
 
 
 def measure(tasks: Sequence[Task], out: Path) -> int:
-    """Measure; the worst exit status. Raises `MeasureError` once the commit is another."""
+    """Measure; return the worst exit status. Raises `MeasureError` if the commit has changed."""
     began_on, statuses = machine.commit(), {0}
     for number, task in enumerate(tasks):
         if (now_on := machine.commit()) != began_on:
@@ -119,7 +119,7 @@ def _in_own_process(task: Task, out: Path) -> int:
     command = [sys.executable, "-m", "e2e.measure.command", task.module, "--long"]
     command += ["--only", task.case.key, "--n", str(task.n), "--out", str(out)]
     limit_s = 60 * (3 * task.minutes + _HANGS_MINUTES)
-    # Its standard input closes when this process is gone, however that ended.
+    # Its standard input closes when this process is gone, however it ended.
     with subprocess.Popen(
         command, cwd=ROOT, stdin=subprocess.PIPE, start_new_session=True
     ) as process:
@@ -134,7 +134,7 @@ def _in_own_process(task: Task, out: Path) -> int:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a case, which may tidy up first, and whatever it has left running."""
+    """End a case, which may clean up first, and whatever it has left running."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
         with suppress(subprocess.TimeoutExpired):
@@ -144,9 +144,9 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def publish_complete(suites: Sequence[Suite], out: Path, folder: Path) -> bool:
-    """Write each suite whose cases all have a full result of this commit; whether any has been.
+    """Write each suite whose cases all have a full result of this commit; return whether any has.
 
-    Where that is every suite there is, files of former suites go.
+    If all suites are complete, the files of former suites are deleted.
     """
     complete = []
     for suite in suites:

@@ -1,4 +1,4 @@
-"""A suite: its cases, and the product's files that they judge."""
+"""A suite: its cases, and the product's files that they measure."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ _BUILT: Final = {"generated", "dist", "node_modules"}
 class Case:
     """`run(n)` measures `n` times and returns the rows; `n` in full, `quick` in the short form.
 
-    It raises `NotRunError` where this machine cannot, anything else where it failed: either way
-    the other cases go on. `minutes` is how long it takes in full. A `long` one runs only with
-    ``--long`` and is never published.
+    It raises `NotRunError` if this machine cannot, anything else if it failed: either way the other
+    cases continue. `minutes` is how long it takes in full. A `long` one runs only with ``--long``
+    and is never published.
     """
 
     key: str
@@ -63,10 +63,10 @@ def measured(
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """`measures` are globs of the product's files, by which changes since are found.
+    """`measures` are globs of the product's files; a change of these makes the results old.
 
     `columns` are the values of a row that its table shows, in order. `derive` makes the published
-    rows of all that the cases gave, for figures that compare cases or are medians over them.
+    rows from all cases' rows, for figures that compare cases or are medians over them.
     """
 
     name: str
@@ -80,9 +80,9 @@ class Suite:
 
 
 def digest(measures: Sequence[str], root: Path = ROOT) -> str:
-    """Hash names and contents of the files that the globs match, built ones and tests left out.
+    """Hash names and contents of the files that the globs match, without built files and tests.
 
-    Of Python only what runs counts: a reworded comment changes no figure.
+    Of Python only the code counts: a reworded comment changes no figure.
     """
     found = hashlib.sha256()
     for path in sorted({path for glob in measures for path in root.glob(glob)}):
@@ -98,7 +98,7 @@ def digest(measures: Sequence[str], root: Path = ROOT) -> str:
 def _what_runs(source: bytes) -> bytes:
     """Return Python without comments, docstrings and empty lines.
 
-    By positions in the source: what `ast` prints differs from one Python to the next.
+    It cuts by positions in the source, because the output of `ast` differs between Pythons.
     """
     text = source.decode()
     lines = text.splitlines()

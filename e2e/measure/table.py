@@ -16,7 +16,7 @@ _PEERS: Final = ("WAX", "stock aiortc", "LiveKit", "LiveKit, one layer")
 
 
 def to_table(rows: Sequence[Row]) -> str:
-    """Set rows as lines for the terminal, with what explains them."""
+    """Format rows as lines for the terminal, with their explanations."""
     lines = []
     for row in rows:
         values = "  ".join(f"{name} {number(value)}" for name, value in row.values.items())
@@ -27,12 +27,12 @@ def to_table(rows: Sequence[Row]) -> str:
 
 
 def to_markdown(published: Published) -> str:
-    """Set a suite's rows and their origin; what is judged is bold."""
+    """Format a suite's rows and their origin as Markdown; judged values are bold."""
     return _table(published.rows, published.columns, _origin(published))
 
 
 def to_headline(found: Sequence[tuple[Published, Row]]) -> str:
-    """Set a few rows of several suites in one table, each origin named once."""
+    """Format a few rows of several suites as one table, with each origin once."""
     rows = [_beside_peers(row) for _, row in found]
     origins = dict.fromkeys(_measured_at(published) for published, _ in found)
     return _table(rows, _PEERS, f"{'; '.join(origins)}.")
@@ -50,7 +50,7 @@ def _table(rows: Sequence[Row], columns: Sequence[str], origin: str) -> str:
 
 
 def _beside_peers(row: Row) -> Row:
-    """Name the judged quantile in words and let its value stand in the column of WAX."""
+    """Name the judged quantile in words, and put its value in WAX's column."""
     if row.judged in _PEERS:
         return row
     update = {
@@ -77,7 +77,7 @@ def number(value: float | None) -> str:
 
 
 def _what(row: Row, columns: Sequence[str]) -> str:
-    """Say what a row is of, with its value where that has no column of its own."""
+    """Describe a row, with its value if that has no column of its own."""
     what = row.what.replace("|", "\\|")
     value = row.values.get(row.judged)
     if value is None or row.judged in columns:
@@ -115,7 +115,7 @@ def _measured_at(published: Published) -> str:
 
 
 def _served(rows: Sequence[Row]) -> list[str]:
-    """Return what the server served meanwhile as a sentence, and in how many rows if not in all."""
+    """Return the server's load during the rows as sentences, and in how many rows if not in all."""
     loads = Counter(row.load for row in rows if row.load)
     if not loads:
         return []

@@ -1,4 +1,4 @@
-"""The ear: whose time each block has, and that it hears what is played."""
+"""The ear: each block's time, and that it hears what is played."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_uneven_arrivals_are_an_even_row() -> None:
 
 
 def test_a_pause_begins_another_row() -> None:
-    """After half a second without samples the next block has the time at which it came."""
+    """After half a second without samples the next block has its arrival's time."""
     pace = Pace()
     for number in range(100):
         pace.at_ms(10.0 * (number + 1))
@@ -32,7 +32,7 @@ def test_a_pause_begins_another_row() -> None:
 
 @pytest.mark.parametrize("bytes_at_once", [4, 100, 8 * BLOCK, 9999])
 def test_pieces_of_any_size_are_the_same_blocks(bytes_at_once: int) -> None:
-    """However the samples are cut, each 10 ms are one block, of the right tones."""
+    """However the samples are cut, each 10 ms are one block with the right tones."""
     at = np.arange(10 * BLOCK) / RATE_HZ
     tone = np.sin(2 * np.pi * 300 * at)
     data = np.column_stack((0.8 * tone, 0.2 * tone)).astype(np.float32).tobytes()
@@ -55,7 +55,7 @@ def test_pieces_of_any_size_are_the_same_blocks(bytes_at_once: int) -> None:
 
 @pytest.mark.full
 async def test_what_is_played_is_heard() -> None:
-    """A tone that another program plays on the device is heard, and its silence."""
+    """A tone that another program plays on the device is heard, and so is its end."""
     async with open_ear() as ear:
         tap = ear.tap()
         assert not await tap.hears(within_s=0.5)

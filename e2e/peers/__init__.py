@@ -1,1 +1,1 @@
-"""What people use today, with the same work as WAX: delay and load compare."""
+"""The systems that people use today, with the same work as WAX: delay and load compare."""

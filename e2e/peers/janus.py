@@ -1,7 +1,7 @@
-"""Janus, a gateway written in C: Debian's, with nothing but its streaming plugin, fed by RTP.
+"""Janus, a gateway written in C: Debian's, with only its streaming plugin, fed by RTP.
 
-Its cost a viewer is what is aimed at. Its viewers are offered what it sends and answer that, by its
-HTTP API, which is the one way that Debian's version (1.1) has.
+Its cost per viewer is our goal. It makes the offers, and its viewers answer them, by its HTTP API,
+the only way in Debian's version (1.1).
 """
 
 from __future__ import annotations
@@ -57,10 +57,10 @@ card: {
 
 @asynccontextmanager
 async def running(folder: Path, port: int) -> AsyncIterator[asyncio.subprocess.Process]:
-    """Run Janus inside the block, on the core that its caller is on; its API is on `port`.
+    """Run Janus inside the block, on its caller's core; its API is on `port`.
 
-    Who feeds its mountpoint sends to `port` + 1 and + 2 (`e2e.peers.janus_feed`). Raises
-    `NotRunError` where there is no Janus, and `MeasureError` if it does not start.
+    Its mountpoint is fed on `port` + 1 and + 2 (`e2e.peers.janus_feed`). Raises `NotRunError` if
+    Janus is missing, and `MeasureError` if it does not start.
     """
     program = shutil.which("janus")
     if program is None:

@@ -1,8 +1,8 @@
 """Feed Janus's streaming plugin by RTP: `python -m e2e.peers.janus_feed AUDIO_PORT VIDEO_PORT`.
 
-The test card as every peer sends it, encoded once: VP8 640×480 at 30 fps and 1 Mbit/s, Opus of
-20 ms. Nobody can ask it for a keyframe, so there is one every two seconds, which Janus keeps for
-whoever comes.
+The test card as every peer sends it, encoded once: VP8 640×480 at 30 fps and 1 Mbit/s, Opus of 20
+ms. It cannot be asked for a keyframe, so there is one every two seconds, which Janus keeps for
+newcomers.
 """
 
 from __future__ import annotations

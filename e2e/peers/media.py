@@ -1,7 +1,7 @@
-"""What every peer sends: a camera and a microphone as aiortc's own examples have them.
+"""The media that every peer sends: a camera and a microphone, as in aiortc's own examples.
 
-The same work for all, and the same as WAX's largest rendition: 640×480 at 30 fps, VP8 of
-1 Mbit/s, and Opus. The tracks give frames, so aiortc encodes them and answers keyframe requests.
+The work is the same for all, and the same as WAX's largest rendition: 640×480 at 30 fps, VP8 of 1
+Mbit/s, and Opus. The tracks yield frames, so aiortc encodes them and answers keyframe requests.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def sources() -> Iterator[tuple[VideoSource, AudioSource]]:
 
 
 def set_bitrate() -> None:
-    """Let aiortc's VP8 begin at `BITRATE_BPS`: the field's usual way, there is no public one."""
+    """Let aiortc's VP8 start at `BITRATE_BPS`, by the usual patch: there is no public way."""
     aiortc.codecs.vpx.DEFAULT_BITRATE = BITRATE_BPS
 
 
@@ -75,7 +75,7 @@ class CameraTrack(_Track):
 
 
 class MicrophoneTrack(_Track):
-    """Gives two of the card's blocks at once: Opus takes 20 ms."""
+    """Returns two of the card's blocks at once: Opus takes 20 ms."""
 
     kind = "audio"
     _position = 0

@@ -1,10 +1,9 @@
 """A stock aiortc server to compare with: ``python -m e2e.peers.stock HOST PORT``.
 
-It is what aiortc's own examples lead to, one encoder per peer.
-
-It has the same work as WAX: the same test card, through `MediaRelay`, VP8 640×480 at 30 fps and
-1 Mbit/s, Opus. It differs from the examples where they would spoil the comparison: no STUN server
-is asked (that alone would cost seconds), and VP8 starts at WAX's bit rate.
+It is what aiortc's own examples lead to, one encoder per peer. It has the same work as WAX: the
+same test card, through `MediaRelay`, VP8 640×480 at 30 fps and 1 Mbit/s, Opus. It differs from the
+examples where they would spoil the comparison: it asks no STUN server (that alone would cost
+seconds), and VP8 starts at WAX's bit rate.
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ plays what is published with livekit-client.
   dynacast on in the page, all else as LiveKit has it by default.
 * ``--how whip``, its lowest delay for one layer: published by WHIP from aiortc, which cannot do
   simulcast; a playout delay of 0 to 10 ms, which is its preset for teleoperation; no adaptive
-  stream, which has one layer to choose from and would wait until the video element is seen.
+  stream, since it has only one layer to choose from and would wait until the video element is
+  visible.
 
 No STUN with either, as all addresses are known.
 """

@@ -1,7 +1,7 @@
 """Run LiveKit under a process that publishes and serves a page: `python -m e2e.peers.livekit`.
 
-When all of it works, one line says where the page is; when it cannot, or a part of it ends, one
-line on standard error says why, and the status is 1. It runs until Ctrl-C or SIGTERM.
+When all of it works, one line names the page's address; if it cannot work, or a part of it ends,
+one line on standard error says why, and the status is 1. It runs until Ctrl-C or SIGTERM.
 """
 
 from __future__ import annotations

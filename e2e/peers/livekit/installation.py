@@ -9,7 +9,7 @@ from typing import Final
 from e2e.measure.errors import NotRunError
 
 VERSION: Final = "1.11.0"
-"""Of the server, as .make/livekit.sh builds it."""
+"""The server's version, as .make/livekit.sh builds it."""
 
 _ROOT: Final = Path(__file__).parents[3]
 _BUILT: Final = _ROOT / ".cache/livekit/server"
@@ -17,9 +17,9 @@ _PACKAGE: Final = _ROOT / "web/node_modules/livekit-client"
 
 
 def find_server() -> Path:
-    """Path of the server: ``WAX_LIVEKIT``, else what make has built.
+    """Return the server's path: ``WAX_LIVEKIT``, or the one that make has built.
 
-    Raises `NotRunError` when there is none.
+    Raises `NotRunError` if there is none.
     """
     named = os.environ.get("WAX_LIVEKIT")
     path = Path(named) if named else _BUILT
@@ -34,7 +34,7 @@ def find_server() -> Path:
 
 
 def find_client() -> Path:
-    """Path of livekit-client as one script for browsers. Raises `NotRunError`."""
+    """Return the path of livekit-client as one script for browsers. Raises `NotRunError`."""
     path = _PACKAGE / "dist/livekit-client.umd.js"
     if not path.is_file():
         raise NotRunError(

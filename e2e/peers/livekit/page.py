@@ -28,10 +28,10 @@ _STOP_WITHIN_S: Final = 1.0
 async def pages(
     address: str, port: int, livekit_url: str, key: Key, script: bytes, *, is_adaptive: bool
 ) -> AsyncIterator[asyncio.Event]:
-    """Serve inside the block; yields what says that it is published: until then no health.
+    """Serve inside the block; yield an event to set once it is published: until then no health.
 
-    Everybody who opens the page gets an identity and a token of their own with it. `livekit_url` is
-    the signalling's, as ``ws://127.0.0.1:7880``; `script` is livekit-client; `is_adaptive` is
+    Everybody who opens the page gets an identity and a token of their own. `livekit_url` is the
+    signalling's, such as ``ws://127.0.0.1:7880``; `script` is livekit-client; `is_adaptive` is
     whether the page asks for the layer that fits its video element.
     """
     template, published = Template(_PAGE.read_text(encoding="utf-8")), asyncio.Event()
@@ -49,7 +49,7 @@ async def pages(
         return web.Response(status=200 if published.is_set() else 503)
 
     async def give_script(request: web.Request) -> web.Response:
-        headers = {"Content-Encoding": "gzip"}  # every browser takes it
+        headers = {"Content-Encoding": "gzip"}  # every browser accepts it
         return web.Response(body=compressed, content_type="text/javascript", headers=headers)
 
     app = web.Application()

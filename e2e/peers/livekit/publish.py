@@ -30,7 +30,7 @@ SIZE: Final = (640, 480)
 async def by_sdk(
     url: str, token: str, camera: VideoSource, microphone: AudioSource, begun: Callable[[], None]
 ) -> None:
-    """Publish with simulcast, as LiveKit's quick start has it; raises `MeasureError` at the end."""
+    """Publish with simulcast, as in LiveKit's quick start; raises `MeasureError` at the end."""
     room = rtc.Room()
     over: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 

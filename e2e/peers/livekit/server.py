@@ -31,16 +31,16 @@ class Ports:
 
     signal: int = 7880
     media_tcp: int = 7881
-    """For browsers that UDP does not reach, as every installation has it."""
+    """For browsers that UDP does not reach, as in every installation."""
     media_udp: int = 7882
 
 
 def settings(
     address: str, ports: Ports, key: Key, *, is_by_default: bool = True, **more: Any
 ) -> dict[str, Any]:
-    """Return LiveKit's configuration: on this address only, and nobody outside is asked.
+    """Return LiveKit's configuration: on this address only, without any outside server.
 
-    Unless `is_by_default` with its preset for teleoperation; `more` is merged into it.
+    Unless `is_by_default`, it has LiveKit's preset for teleoperation; `more` is merged into it.
     """
     # https://docs.livekit.io/robotics/media/performance/low-latency/playout-delay/
     preset = {"room": {"playout_delay": {"enabled": True, "min": 0, "max": 10}}}
@@ -62,7 +62,7 @@ def settings(
 
 
 class LiveKit:
-    """One server; it logs to `log`, else to standard error. `more` as for `settings`."""
+    """One server; it logs to `log`, or to standard error. `more` is as in `settings`."""
 
     def __init__(
         self,
@@ -77,14 +77,14 @@ class LiveKit:
     ) -> None:
         self.url = f"http://{address}:{ports.signal}"
         self._program = program
-        # Where no list of processes shows its secret; JSON is YAML too.
+        # In a file, because a list of processes would show its secret; JSON is valid YAML.
         told = settings(address, ports, key, is_by_default=is_by_default, **more)
         self._environment = {**os.environ, "LIVEKIT_CONFIG": json.dumps(told)}
         self._log = log
         self._process: Process | None = None
 
     async def start(self) -> None:
-        """Return when it answers. Raises `MeasureError` when it cannot be started or ends."""
+        """Return when it answers. Raises `MeasureError` if it cannot be started or ends."""
         try:
             self._process = await asyncio.create_subprocess_exec(
                 self._program,
@@ -108,11 +108,11 @@ class LiveKit:
         await kill(self._process)
 
     def freeze(self) -> None:
-        """Have it do nothing until `thaw`, as a machine does that hangs."""
+        """Stop it until `thaw`, like a machine that hangs."""
         self._running.send_signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
-        """Let it go on."""
+        """Let it continue."""
         self._running.send_signal(signal.SIGCONT)
 
     @property

@@ -31,7 +31,7 @@ pytestmark = pytest.mark.timeout(90)
 
 @asynccontextmanager
 async def started(how: str = "sdk") -> AsyncIterator[Process]:
-    """Start it on free ports, where it is installed; what is left of it at the end is killed."""
+    """Start it on free ports, where it is installed; at the end its leftovers are killed."""
     find_server()
     find_client()
     page, *own = (str(free_port()) for _ in range(4))
@@ -67,7 +67,7 @@ async def refusal(process: Process) -> str:
 async def test_what_is_no_livekit_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A program that ends at once is told as that; a variable that names none, by its value."""
+    """It names a program that ends at once, and the value of a variable that names no program."""
     program = tmp_path / "livekit-server"
     program.write_text("#!/bin/sh\nexit 3\n", encoding="utf-8")
     program.chmod(0o755)
@@ -80,7 +80,7 @@ async def test_what_is_no_livekit_is_one_sentence(
 
 
 async def test_when_livekit_dies_the_rest_ends() -> None:
-    """A LiveKit that is killed is told in one sentence, and nothing of this peer stays."""
+    """A killed LiveKit is reported in one sentence, and nothing of this peer stays."""
     async with started() as process:
         assert (await url_of(process)).startswith("http://127.0.0.1:")
         family = psutil.Process(process.pid).children(recursive=True)
@@ -91,7 +91,7 @@ async def test_when_livekit_dies_the_rest_ends() -> None:
 
 @pytest.mark.parametrize("how", ["sdk", "whip"])
 async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: str) -> None:
-    """The test card comes whole, and packets of sound with it; Ctrl-C leaves no process."""
+    """The test card arrives whole, and so do packets of sound; Ctrl-C leaves no process."""
     async with started(how) as process:
         url = await url_of(process)
         family = psutil.Process(process.pid).children(recursive=True)

@@ -1,4 +1,4 @@
-"""The tokens that LiveKit wants: who someone is and what they may do, signed with a shared key."""
+"""LiveKit's tokens: who somebody is and what they may do, signed with a shared key."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _VALID: Final = timedelta(hours=6)
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """What the server and whoever signs tokens share; LiveKit wants 32 characters of secret."""
+    """The key that the server and the signers share; LiveKit needs a secret of 32 characters."""
 
     name: str
     secret: str
@@ -39,9 +39,9 @@ def signed(key: Key, identity: str, **grants: Any) -> str:
 
 
 def in_room(key: Key, identity: str, *, publishes: bool) -> str:
-    """Sign that one may publish in the room, or subscribe, and nothing else.
+    """Return a token that allows publishing in the room, or subscribing, and nothing else.
 
-    Two who have the same identity put each other out.
+    Two people with the same identity disconnect each other.
     """
     may = {"canPublish": publishes, "canSubscribe": not publishes, "canPublishData": False}
     return signed(key, identity, room=ROOM, roomJoin=True, **may)
