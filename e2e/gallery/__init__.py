@@ -1,1 +1,1 @@
-"""Every state of the page, reached for real: a picture of each, and what holds in all."""
+"""Every state of the page, really reached: a picture of each, and checks that hold in all."""

@@ -1,4 +1,4 @@
-"""``python -m e2e.gallery``: take the README's three pictures anew, all of somebody who drives."""
+"""``python -m e2e.gallery``: retake the README's three pictures, all of a page that drives."""
 
 from __future__ import annotations
 

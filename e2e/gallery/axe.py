@@ -27,7 +27,7 @@ def _source() -> str:
 async def findings(page: Page) -> list[str]:
     """Return a sentence for each element that breaks a rule of WCAG 2.2 A and AA.
 
-    The page's policy allows no script of ours, so it comes in by the debugger.
+    The page's policy allows no script of ours, so the debugger injects it.
     """
     if not await page.evaluate("typeof axe !== 'undefined'"):
         await page.evaluate(_source())

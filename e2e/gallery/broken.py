@@ -1,4 +1,4 @@
-"""What fails: the robot, the camera, the way to the server, the server."""
+"""Failures: of the robot, the camera, the connection, the server."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ async def camera_failed(scene: Scene) -> None:
 
 
 async def picture_frozen(scene: Scene) -> None:
-    """Freeze a camera that says nothing of it."""
+    """Freeze a camera that does not report it."""
     camera = await scene.serves_a_camera()
     await scene.opens()
     await camera.freeze()
 
 
 async def no_answer(scene: Scene) -> None:
-    """Let nothing come from the server, which may be there again in a moment."""
+    """Drop everything from the server, which may be reachable again in a moment."""
     await scene.drives()
     os.kill(scene.server.pid, signal.SIGSTOP)
     await asyncio.sleep(1.5)
 
 
 async def reconnecting(scene: Scene) -> None:
-    """Let the server be silent for longer than a page waits for it."""
+    """Keep the server silent for longer than a page waits for it."""
     await scene.opens()
     os.kill(scene.server.pid, signal.SIGSTOP)
     await asyncio.sleep(_LOST_S)

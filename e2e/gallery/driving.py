@@ -1,4 +1,4 @@
-"""How one comes to drive, to drive slowly, and to be stopped."""
+"""States of driving, of driving slowly, and of being stopped."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
 
 _TOO_LATE_MS: Final = 3000
-"""A host may have set this. As it is shipped, a busy machine's own delay makes late too late."""
+"""A host may have set this. With the shipped value, a busy machine's own delay makes late too
+late."""
 _PUSH_PX: Final = 50
 _LATE: Final = "e2e.stop.camera:LateCamera"
 
 
 async def driving(scene: Scene) -> None:
-    """Turn the robot: by a key that is held, or by a finger."""
+    """Turn the robot by a held key, or by a finger."""
     await scene.comes("Bob")
     viewer = await scene.drives()
     if not scene.is_touched:
@@ -34,7 +35,7 @@ async def driving(scene: Scene) -> None:
 
 
 async def slow(scene: Scene) -> None:
-    """Drive by a picture that is late, but not too late, even where the machine is busy."""
+    """Drive by a picture that is late, but not too late, even if the machine is busy."""
     await scene.serves(
         video={"source": _LATE},
         audio=toml.MEDIA["audio"],
@@ -70,7 +71,7 @@ stopped_by_host = partial(_stopped_by, "Host", is_host=True)
 
 
 async def stopped_watched(scene: Scene) -> None:
-    """Stop the robot before somebody who cannot release it."""
+    """Stop the robot in the page of somebody who cannot release it."""
     operator = await scene.somebody_drives()
     await scene.opens()
     await operator.press_stop()

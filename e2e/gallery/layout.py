@@ -1,4 +1,4 @@
-"""What must hold of the layout in every state, window and theme."""
+"""Rules for the layout in every state, window and theme."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _MOVES: Final = """() => document.getAnimations()
     .filter((one) => one.playState === "running")
     .filter((one) => one.effect.getComputedTiming().endTime > 200)
     .map((one) => `<${one.effect.target.localName}.${one.effect.target.className}> moves on`)"""
-"""What is neither over at once nor standing still."""
+"""Returns every animation that is neither over at once nor paused."""
 
 
 async def faults(page: Page, *, has_stop: bool) -> list[str]:
-    """Return what is wrong: it scrolls sideways, Stop is hidden, a target is small."""
+    """Return what is wrong: the page scrolls sideways, Stop is hidden, a target is small."""
     stop = page.get_by_role("button", name="Stop", exact=True)
     count = await stop.count()
     if has_stop and count != 1:
@@ -29,7 +29,7 @@ async def faults(page: Page, *, has_stop: bool) -> list[str]:
 
 
 async def vanished(page: Page) -> list[str]:
-    """Return what has no edge in forced colours: a button, or what is chosen of a few."""
+    """Return what has no edge in forced colours: a button, or the chosen one of a few options."""
     await page.emulate_media(forced_colors="active")
     found: list[str] = await page.evaluate(_EDGES)
     await page.emulate_media(forced_colors="none")
@@ -37,7 +37,7 @@ async def vanished(page: Page) -> list[str]:
 
 
 async def moving(page: Page) -> list[str]:
-    """Return what goes on moving for somebody who asks for less motion."""
+    """Return what still moves for somebody who asks for less motion."""
     await page.emulate_media(reduced_motion="reduce")
     found: list[str] = await page.evaluate(_MOVES)
     await page.emulate_media(reduced_motion="no-preference")

@@ -1,4 +1,4 @@
-"""What one switches off, or opens, and what the host does to all."""
+"""What a viewer switches off or opens, and what the host does to everybody."""
 
 from __future__ import annotations
 

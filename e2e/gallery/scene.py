@@ -1,4 +1,4 @@
-"""A robot with a server, the page that is looked at, and the other people in the room."""
+"""A robot with a server, the page that is photographed, and the other people in the room."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 _FLAT: Final[dict[str, Any]] = {
     "video": {"source": "robot"},
     "audio": {"source": "robot"},
-    # Somebody who has closed their page is forgotten soon.
+    # A viewer whose page is closed is forgotten soon.
     "turns": {"grace_s": 0.5},
 }
 """The simulated robot in its flat: what `make run` shows."""
 
 
 class Scene:
-    """What a story of `e2e.gallery.states` tells with; all of it ends with the scene.
+    """The means of the stories in `e2e.gallery.states`; all of them end with the scene.
 
-    A story that wants more than `_FLAT` calls `serves` before anybody comes, and each calls
-    `prepares` or what does.
+    A story that needs more than `_FLAT` calls `serves` before anybody joins, and each calls
+    `prepares`, directly or not.
     """
 
     def __init__(self, browser: Browser, device: Device, folder: Path, stack: AsyncExitStack):
@@ -61,11 +61,11 @@ class Scene:
 
     @property
     def viewer(self) -> Viewer:
-        """The page that is looked at."""
+        """The page that is photographed."""
         assert self._viewer is not None, "the story has not called `prepares`"
         return self._viewer
 
-    # --- what there is ------------------------------------------------------------------------
+    # --- the robot and the server -------------------------------------------------------------
 
     async def serves(self, *, environment: dict[str, str] | None = None, **tables: Any) -> None:
         """Start the server; `tables` are of its configuration."""
@@ -79,14 +79,14 @@ class Scene:
         return await self._stack.enter_async_context(Board(self.folder))
 
     async def serves_a_camera(self) -> Control:
-        """Start the server with a camera that freezes when it is told to."""
+        """Start the server with a camera that freezes on request."""
         camera = self._stack.enter_context(Control())
         media = {"video": {"source": SOURCE}, "audio": toml.MEDIA["audio"]}
         await self.serves(environment=camera.environment, **media)
         return camera
 
     async def loses(self, requests: str) -> None:
-        """Give no answer to what the page asks for there, as where the network has lost it."""
+        """Answer none of these requests of the page, as if the network had lost them."""
         is_over = asyncio.Event()
 
         async def lost(route: Route) -> None:
@@ -101,10 +101,10 @@ class Scene:
         await self.viewer.page.route(requests, lost)
         self._stack.push_async_callback(end)
 
-    # --- who is there -------------------------------------------------------------------------
+    # --- the people ---------------------------------------------------------------------------
 
     async def prepares(self, *, is_host: bool = False) -> Viewer:
-        """Have the browser of the person whose page is looked at, with no page open yet."""
+        """Prepare the browser of the person whose page is photographed, with no page open yet."""
         if self._server is None:
             await self.serves()
         context = await self._browser.new_context(**self.device.context)
@@ -117,7 +117,7 @@ class Scene:
     async def opens(
         self, path: str = "/", *, is_host: bool = False, is_new: bool = False
     ) -> Viewer:
-        """Open the page and wait for its picture; who is not new has put the first card away."""
+        """Open the page and wait for its picture; unless `is_new`, the first card is closed."""
         viewer = await self.prepares(is_host=is_host)
         await viewer.page.goto(self.server.url + path)
         await viewer.sees_picture()
@@ -131,7 +131,7 @@ class Scene:
         return viewer
 
     async def comes(self, name: str, *, is_host: bool = False) -> Operator:
-        """Let somebody else in, without a browser."""
+        """Let somebody else join, without a browser."""
         if self._server is None:
             await self.serves()
         cookies = await self.server.host_cookies() if is_host else None

@@ -1,4 +1,4 @@
-"""The gallery's pictures on the disk, and the page that shows them."""
+"""Saves the gallery's pictures, and the page that shows them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ async def shoot(scene: Scene, state: State, view: View) -> None:
 
 
 def write_page() -> None:
-    """Write the page over all that is in the folder."""
+    """Write the page that shows everything in the folder."""
     loader = FileSystemLoader(_TEMPLATES)
     env = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     states = [(state, _shots(state)) for state in STATES]
@@ -41,7 +41,7 @@ def write_page() -> None:
 
 
 def _shots(state: State) -> list[dict[str, str]]:
-    """Give each picture, its address within the gallery, and what a screen reader is told there."""
+    """Return each picture, its address within the gallery, and what a screen reader reads there."""
     found = []
     for view in (view for device in DEVICES for view in device.views):
         picture = FOLDER / state.key / f"{view.key}.png"

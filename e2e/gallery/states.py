@@ -1,4 +1,4 @@
-"""Every state of the page, how it comes about, and the words by which it is known."""
+"""Every state of the page, how it comes about, and the words that identify it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _SAYS_WITHIN_MS: Final = 30_000.0
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """`tell` brings it about, by what a person or the world does, never by the page's inside.
+    """`tell` brings it about, by what a person or the world does, never by the page's internals.
 
-    The state is reached when the page `says` so, whatever the case, or when `shows` finds it.
+    The state is reached when the page `says` these words, in any case, or when `shows` finds it.
     `has_stop`: the Stop button belongs to this state.
     """
 
@@ -43,7 +43,7 @@ class State:
 
     @asynccontextmanager
     async def reached(self, browser: Browser, device: Device) -> AsyncIterator[Scene]:
-        """Have the page in this state; raises `AssertionError` or Playwright's `Error`."""
+        """Yield the page in this state; raises `AssertionError` or Playwright's `Error`."""
         async with scene(browser, device) as stage:
             await self.tell(stage)
             await self.mark(stage.viewer.page).wait_for(state="visible", timeout=_SAYS_WITHIN_MS)

@@ -1,4 +1,4 @@
-"""The gallery's own promises."""
+"""What the gallery itself promises."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _FINDINGS: Final[dict[str, tuple[str, str | None]]] = {
 
 
 async def test_the_layouts_check_finds(blank: Page) -> None:
-    """Each thing that must not be is found where it is, and nothing where it is not."""
+    """Each fault is found where it is, and none elsewhere."""
     for name, (html, finding) in _FINDINGS.items():
         await blank.set_content(html)
         found = await layout.faults(blank, has_stop=True)
@@ -62,7 +62,7 @@ async def test_the_layouts_check_finds(blank: Page) -> None:
 
 
 async def test_axe_waits_for_colours_that_change(blank: Page) -> None:
-    """What is read only while the theme changes is no finding."""
+    """A finding that exists only while the theme changes does not count."""
     await blank.set_content(
         "<!doctype html><html lang=en><title>x</title><main><h1>x</h1>"
         "<p style='color: #ddd; background: #fff; transition: background 500ms'>words</p></main>"
@@ -73,7 +73,7 @@ async def test_axe_waits_for_colours_that_change(blank: Page) -> None:
 
 
 async def test_the_readers_wishes_are_checked(blank: Page) -> None:
-    """A button without an edge in forced colours is found, and what moves on in spite of them."""
+    """A button without an edge in forced colours is found, and so is motion despite the request."""
     await blank.set_content(
         "<style>@keyframes turn { to { rotate: 1turn } }"
         " i { display: block; animation: turn 1s infinite }"

@@ -1,4 +1,4 @@
-"""Every state in every window and theme: to be seen, to be pressed, to be read out."""
+"""Every state in every window and theme can be seen, operated and read out."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _assert_none(findings: list[str]) -> None:
 
 
 async def test_driving_has_no_finding(chromium: Browser) -> None:
-    """No rule of WCAG 2.2 AA is broken, Stop is free to be pressed, and no target is small."""
+    """No rule of WCAG 2.2 AA is broken, Stop is uncovered, and no target is small."""
     state, views = named("driving"), (View(ACROSS, "dark"), View(UPRIGHT, "light"))
     async with state.reached(chromium, views[0].device) as scene:
         _assert_none([one for view in views for one in await _wrong(scene, state, view)])
@@ -65,7 +65,7 @@ async def test_driving_has_no_finding(chromium: Browser) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize(("state", "device"), _every())
 async def test_every_state_has_no_finding(chromium: Browser, state: State, device: Device) -> None:
-    """The same in every state, window and theme; each is photographed for the gallery."""
+    """The same holds in every state, window and theme; each is photographed for the gallery."""
     wrong = []
     async with state.reached(chromium, device) as scene:
         for view in device.views:
@@ -81,7 +81,7 @@ async def test_every_state_has_no_finding(chromium: Browser, state: State, devic
 async def test_at_200_percent_everything_is_there(
     chromium: Browser, key: str, theme: Theme
 ) -> None:
-    """With text twice as large nothing runs out of the window sideways, and Stop is in it."""
+    """With text twice as large nothing leaves the window sideways, and Stop is in it."""
     state = named(key)
     async with state.reached(chromium, COMPUTER) as scene:
         page = scene.viewer.page
@@ -93,7 +93,7 @@ async def test_at_200_percent_everything_is_there(
 
 @pytest.mark.full
 async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> None:
-    """With text twice as large all that a visitor does can be done by the buttons themselves."""
+    """With text twice as large a visitor can do everything by the buttons themselves."""
     async with named("free").reached(chromium, COMPUTER) as scene:
         viewer = scene.viewer
         await viewer.page.set_viewport_size(HALVED)
@@ -106,7 +106,7 @@ async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> N
 @pytest.mark.full
 @pytest.mark.parametrize("key", ["driving", "free", "settings"])
 async def test_colours_and_motion_are_the_readers(chromium: Browser, key: str) -> None:
-    """Forced colours keep the edges of buttons and of what is chosen; less motion stops motion."""
+    """Forced colours keep the edges of buttons and chosen options; less motion stops motion."""
     async with named(key).reached(chromium, COMPUTER) as scene:
         page = scene.viewer.page
         _assert_none(await layout.vanished(page) + await layout.moving(page))

@@ -1,4 +1,4 @@
-"""In which windows and colours each state is looked at."""
+"""The windows and colours in which each state is photographed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ THEMES: Final[tuple[Theme, ...]] = ("light", "dark")
 _SETTLED: Final = """() => new Promise((settled) => {
     requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(settled, 250)));
 })"""
-"""The page has drawn the new size and colours, and what moves because of them has come to rest."""
+"""The page has drawn the new size and colours, and every animation caused by them has ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,12 +33,12 @@ DESKTOP: Final = Size("desktop", "desktop", 1280, 800)
 
 @dataclass(frozen=True, slots=True)
 class Device:
-    """What a person holds: a phone is turned, so that it has two sizes, and has a finger for it."""
+    """What a person holds; a phone can be turned, so that it has two sizes, and is touched."""
 
     key: str
     sizes: tuple[Size, ...]
     options: dict[str, Any]
-    """Of Playwright's context, beside the size."""
+    """Further options of Playwright's context."""
 
     @property
     def views(self) -> tuple[View, ...]:

@@ -1,4 +1,4 @@
-"""How one comes to watch, to wait, and to be called."""
+"""States of joining, watching, waiting, and being called."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _READY_S: Final = 20.0
 _TURN_S: Final = 3.0
 _REST_S: Final = 90.0
 _NAME: Final = "http://robot.example"
-"""An address for visitors, which the screen's code leads to; it is the server's own here."""
+"""An address for visitors, to which the screen's code leads; here it is the server's own."""
 
 
 async def connecting(scene: Scene) -> None:
-    """Open the page where what it asks the server for gets lost on the way."""
+    """Open the page while its requests to the server get lost."""
     viewer = await scene.prepares()
     await scene.loses("**/api/offer")
     await viewer.page.goto(scene.server.url)
@@ -46,7 +46,7 @@ async def you_are_next(scene: Scene) -> None:
 
 
 async def called(scene: Scene) -> None:
-    """Ask somebody who has done nothing for a while whether they are there: the robot is free."""
+    """Ask somebody who has been idle for a while whether they are there: the robot is free."""
     await scene.serves(turns={"ready_s": _READY_S})
     operator = await scene.somebody_drives()
     viewer = await scene.opens()
@@ -56,7 +56,7 @@ async def called(scene: Scene) -> None:
 
 
 async def turn_over(scene: Scene) -> None:
-    """End one's turn because somebody else waits; others go first for a while."""
+    """End the viewer's turn because somebody else waits; others go first for a while."""
     await scene.serves(turns={"turn_s": _TURN_S, "cooldown_s": _REST_S})
     viewer = await scene.drives()
     other = await scene.somebody_waits("Ada")
@@ -70,7 +70,7 @@ async def turn_over(scene: Scene) -> None:
 
 
 async def full(scene: Scene) -> None:
-    """Come when the only place is taken."""
+    """Join when the only place is taken."""
     await scene.serves(server={"max_viewers": 1})
     await scene.comes("Ada")
     viewer = await scene.prepares()
@@ -90,7 +90,7 @@ async def removed(scene: Scene) -> None:
 
 
 async def closed(scene: Scene) -> None:
-    """Come on a day of the week on which it does not open."""
+    """Come on a weekday on which the robot is closed."""
     today = datetime.now(UTC).weekday()
     first, last = (DAYS[(today + later) % len(DAYS)] for later in (2, 5))
     hours = [f"{first}-{last} 09:00-18:00", f"{last} 20:00-01:00"]
@@ -100,7 +100,7 @@ async def closed(scene: Scene) -> None:
 
 
 async def big_screen(scene: Scene) -> None:
-    """Show it on a screen in a hall, while somebody drives."""
+    """Show the robot on a screen in a hall, while somebody drives."""
     await scene.somebody_drives()
     viewer = await scene.prepares()
     await viewer.is_reached_as(_NAME)
@@ -109,7 +109,7 @@ async def big_screen(scene: Scene) -> None:
 
 
 async def embed(scene: Scene) -> None:
-    """Have nothing but the frame that another site shows, while somebody drives and one waits."""
+    """Show only the frame on another site, while somebody drives and somebody waits."""
     await scene.somebody_drives()
     await scene.somebody_waits()
     await scene.opens("/?view=embed")

@@ -1,8 +1,8 @@
 """The attacks of strangers on the server, by name: ``python -m e2e.strangers.attacks PORT``.
 
-For each line that it reads, with an attack's name, its seconds and a random seed, it lets the
-attack's viewers join, writes an empty line when the attack begins and, at its end, what was sent
-and received, as JSON. The line bounds its time, and `ATTACKS` its rate.
+Each line that it reads has an attack's name, its seconds and a random seed. It lets the attack's
+viewers join and writes an empty line when the attack begins; at its end it writes what was sent and
+received, as JSON. The line bounds the attack's time, and `ATTACKS` its rate.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _TAIL_S: Final = 1.0
-"""For answers still under way when an attack ends."""
+"""For answers still in flight when an attack ends."""
 _FIRST: Final = 100
 """The number of the viewers' first address."""
 
@@ -152,7 +152,7 @@ ATTACKS: Final[dict[str, Attack]] = {
 
 
 async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intruder]:
-    """Let its viewers join, from as few addresses as are allowed; fewer if the server is full."""
+    """Let the attack's viewers join, from as few addresses as allowed, as far as there is room."""
     found: list[Intruder] = []
     for source in map(address, range(_FIRST, _FIRST + one.viewers)):
         with suppress(NoPlaceError):
@@ -165,7 +165,7 @@ async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intru
 
 
 async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, Any]:
-    """Let the viewers join, signal the begin, and attack; return what was sent and received."""
+    """Let the viewers join, signal the start, and attack; return what was sent and received."""
     one = ATTACKS[name]
     async with AsyncExitStack() as leaving:
         intruders = await _let_in(port, one, leaving)

@@ -1,4 +1,4 @@
-"""Attacks by the data channel: messages that any page may send, from many and all the time."""
+"""Attacks by the data channel: messages that any page may send, from many pages all the time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WANTS: Final = [
     for policy in ("audio-master", "video-first")
 ]
 _NAME: Final = "\ufdfa" * 20
-"""Each character is 18 others where its look is compared (NFKD)."""
+"""Each character counts as 18 when names are compared by their look (NFKD)."""
 QUEUE: Final = [{"type": "join"}, {"type": "leave"}]
 
 
@@ -33,7 +33,7 @@ async def says(ground: Ground, rate_hz: float, messages: Sequence[dict[str, Any]
 
 
 async def renames(ground: Ground, rate_hz: float) -> None:
-    """Let all of them take another name in the same moment."""
+    """Let all of them take another name at the same moment."""
     number = 0
     async for _ in ground.ticks(1 / rate_hz):
         number += 1

@@ -61,7 +61,7 @@ async def pipelined(
 
 
 async def releases(ground: Ground, connections: int, rate_hz: float) -> None:
-    """Let each viewer, by so many connections, ask to release a Stop, which none of them may."""
+    """Let each viewer, by so many connections, ask to release a Stop, which none of them may do."""
     senders: list[tuple[str, bytes]] = []
     for intruder in ground.intruders:
         request = wire.post("/api/release", b'{"stop": 1}', intruder.cookie)
@@ -179,7 +179,7 @@ async def resets(ground: Ground, rate_hz: float, addresses: int) -> None:
 
 
 async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
-    """Send nothing, half a header, or a header or body by drips, until the server closes it."""
+    """Send nothing, half a header, or a header or body in drips, until the server closes."""
     one_by_one = asyncio.Lock()  # beyond the kernel's backlog, they would stay half open for ever
 
     async def one(number: int) -> None:

@@ -1,4 +1,4 @@
-"""A hostile viewer: our own client joins and stays, and attacks with what is written here."""
+"""A hostile viewer: our own client joins and stays, and attacks with the methods here."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ async def ask(
 class Intruder(Client):
     """`counts` are datagrams and bytes of its socket, by kind.
 
-    Kinds are sent ones, and received media, retransmitted media (RFC 4588), and the rest.
+    The kinds are: sent, received media, retransmitted media (RFC 4588), and the rest.
     """
 
     def __init__(self, port: int, *, source: str = "127.0.0.1", sees: bool = False) -> None:
@@ -101,7 +101,7 @@ class Intruder(Client):
 
     @property
     def cookie(self) -> str:
-        """The header by which the server knows who it is."""
+        """The header by which the server recognises it."""
         shown = self.cookies.filter_cookies(URL(f"http://127.0.0.1:{self.port}"))
         return "Cookie: " + "; ".join(f"{name}={one.value}" for name, one in shown.items())
 

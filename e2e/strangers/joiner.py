@@ -1,8 +1,8 @@
 """Joins in a process of its own, so that its work disturbs no measuring client.
 
 ``python -m e2e.strangers.joiner URL STATE``, with the server's state folder: for each line that it
-reads, ``host`` or ``guest``, it joins, leaves, and writes after how many seconds everything was
-open, or why it failed.
+reads, ``host`` or ``guest``, it joins, leaves, and writes how many seconds joining took, or why it
+failed.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""How soon picture and sound are back after the link is, in the same turn, with the robot still.
+"""How soon after the link picture and sound are back, in the same turn, with the robot standing.
 
 The link is lost in two ways: every packet is dropped for five seconds, without any event; or the
-browser's machine gets another address, at once or after some time without any, as a phone does when
-it leaves the house. A key is held all the time, and the page may always use the microphone.
+browser's machine gets another address, at once or after some time without any, like a phone that
+leaves the house. A key is held all the time, and the page may always use the microphone.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ SOUND_GOAL_MS: Final = 900.0
 _NETWORK: Final = "internet-5m"
 _NEXT_ADDRESS: Final = "10.77.0.3"
 _WITHOUT_S: Final = {"network": (0.0, 1.0), "absence": (2.0, 3.0)}
-"""Between the old address and the new one, as when a phone hands over or seeks a network."""
+"""Between the old address and the new one, as when a phone changes or looks for a network."""
 _KEY: Final = "ArrowLeft"
 _MOVES_WITHIN_S: Final = 6.0
 _BACK_WITHIN_S: Final = 12.0
@@ -111,7 +111,7 @@ class Driving:
         return unix_ms(end_s)
 
     async def other_network(self, without_s: tuple[float, float]) -> float:
-        """Change the browser machine's address, after `without_s` of none; return when it came."""
+        """Change the browser machine's address, after `without_s` without one; return when it came."""
         old, new = self.addresses
         self.addresses = new, old
         await self._ip("address", "del", f"{old}/24", "dev", DEVICE)
@@ -186,7 +186,7 @@ FAULTS: Final = {
 async def reconnect(keys: Sequence[str], n: int) -> list[Row]:
     """Lose the link `n` times in each of these ways, in turn.
 
-    A lost turn misses the goal, and so does a robot that moves by a key held through the loss.
+    A lost turn misses the goal, and so does a robot that is moved by the key held through the loss.
     """
     pictures_ms: dict[str, list[float | None]] = {key: [] for key in keys}
     sounds_ms: list[float | None] = []

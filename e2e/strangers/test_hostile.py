@@ -1,7 +1,7 @@
-"""Short attacks by strangers: the robot drives on, Stop works, and nobody else suffers.
+"""Short attacks by strangers: driving continues, Stop works, and nobody else suffers.
 
-Speed is for ``make measure``; here only counts of requests, answers and bytes matter, and the one
-time that is a promise: Stop within 100 ms.
+Speed is measured by ``make measure``; here only counts of requests, answers and bytes matter, and
+one promised time: Stop within 100 ms.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ SHORT: Final = (
 STOPS_S: Final = 0.8
 CROWD: Final = "feedback-40"
 MOST_BACK: Final = 1.2
-"""Datagrams other than media for each one sent; a room sends some unasked, too."""
+"""Datagrams other than media for each one sent; a room also sends some unasked."""
 
 BACK_IN_TIME: Final = {"turns": {"grace_s": 8.0}}
-"""As shipped, for anybody who loses the connection."""
+"""The shipped value, for anybody who loses the connection."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -156,7 +156,7 @@ async def _attacked(
 
 @pytest.mark.full
 async def test_whoever_floods_or_dawdles_keeps_nobody_out() -> None:
-    """The host joins meanwhile and a guest afterwards; slow connections are closed in time."""
+    """The host joins during it and a guest afterwards; slow connections are closed in time."""
     found = await hostile(3, ["offers-50", "slow"], "short", {}, LIGHT)
     how_fast = {"short", "short: host", "short: guest"}  # for `make measure`
     assert all(row.met for row in found if row.key not in how_fast), to_table(found)
@@ -187,4 +187,4 @@ async def test_a_forged_datagram_ends_nobody(watch: Watch) -> None:
     assert await watch.observer.pongs(10.0)
     seen.until_s = time.monotonic()
     assert watch.filled(seen).harm == []
-    await watch.stops(0, 0.0)  # the operator's hands are still
+    await watch.stops(0, 0.0)  # the operator's hands rest

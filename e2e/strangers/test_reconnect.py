@@ -1,4 +1,4 @@
-"""When the sound is back, as read from what was heard."""
+"""When the sound is back, judged from what was heard."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Viewers:
         self._here: list[Viewer] = []
 
     async def answer(self, verb: str, number: int) -> Sample:
-        """Hold `number` viewers (``hold``), or let so many join and leave (``cycle``); count all."""
+        """Hold `number` viewers (``hold``), or let so many join and leave (``cycle``); count."""
         try:
             if verb == "hold":
                 await self.hold(number)
