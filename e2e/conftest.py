@@ -1,4 +1,4 @@
-"""Browsers and servers for the tests; when one fails, the logs of both are shown with it."""
+"""Browsers and servers for the tests; if a test fails, the logs of both are part of its report."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 load_profiles()
 
 MEASURES = ("delay", "instrument", "link", "load", "peers", "reach")
-"""Folders of what measures or needs another's server, whose tests `make test-all` runs."""
+"""Folders of tests for measurements and other systems, which only `make test-all` runs."""
 
 SERVERS = pytest.StashKey[list[Server]]()
 VIEWERS = pytest.StashKey[list[Viewer]]()
@@ -47,7 +47,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests by where they are; and one event loop, because the browser lives on it."""
+    """Mark the tests by their folders; use one event loop, because the browser lives on it."""
     here = Path(__file__).parent
     for item in items:
         if not item.path.is_relative_to(here):
@@ -61,7 +61,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup() -> Generator[None]:
-    """Skip a test for which this machine lacks something; fail where ``CI`` is set."""
+    """Skip a test that needs what this machine lacks; fail it where ``CI`` is set."""
     try:
         yield
     except NotRunError as error:
@@ -88,7 +88,7 @@ def pytest_runtest_makereport(
 
 
 async def sound_device() -> AsyncIterator[Ear | None]:
-    """Have a sound device for a browser; None without PulseAudio."""
+    """Run a sound device for a browser; None without PulseAudio."""
     async with AsyncExitStack() as leaving:
         made = None
         with suppress(NotRunError):
@@ -110,12 +110,12 @@ async def chromium(ear: Ear | None) -> AsyncIterator[Browser]:
 
 @pytest.fixture(scope="session")
 def serve(pytestconfig: pytest.Config) -> Serve:
-    """Run a server around a block: it serves inside and has stopped well afterwards."""
+    """Run a server around a block: it serves inside and stops cleanly afterwards."""
 
     @asynccontextmanager
     async def serving(folder: Path, toml: str) -> AsyncIterator[Server]:
         server = Server(folder, toml)
-        server.niceness = NICENESS  # before browsers, which in life are on other machines
+        server.niceness = NICENESS  # before browsers, which really are on other machines
         pytestconfig.stash[SERVERS].append(server)
         try:
             async with server:
@@ -149,7 +149,7 @@ async def own_server(
 
 @pytest.fixture(scope="module")
 def server(request: pytest.FixtureRequest) -> Any:
-    """Serve a module's `SERVER_SETTINGS`; without any the card, to all that change nothing."""
+    """Serve a module's `SERVER_SETTINGS`, or, for all tests that change nothing, the test card."""
     has_own = hasattr(request.module, "SERVER_SETTINGS")
     return request.getfixturevalue("own_server" if has_own else "card_server")
 
@@ -192,7 +192,7 @@ async def open_viewer(
             viewers.append(viewer)
             await viewer.page.goto(server.url)
             await viewer.sees_picture()
-            leaving.push_async_callback(viewer.leaves)  # the next test need not wait their turn
+            leaving.push_async_callback(viewer.leaves)  # the next test need not wait for their turn
             if drives:
                 await viewer.takes_the_wheel()
             return viewer

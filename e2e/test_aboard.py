@@ -32,7 +32,7 @@ script = [
 async def test_the_person_aboard_asks_and_takes_over(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:
-    """Everybody reads it; the operator, who holds a key, drives again only after letting go."""
+    """Everybody reads it; the operator, who holds a key, drives again only after releasing it."""
     page, watching = driver.page, await open_viewer(server)
     await expect(page.get_by_role("alert").first).to_contain_text("Please wait.", timeout=30_000)
     await page.keyboard.down("ArrowUp")

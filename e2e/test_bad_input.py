@@ -1,4 +1,4 @@
-"""What no page of ours would send, while somebody drives."""
+"""Messages that no page of ours would send, while somebody drives."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ GO: Final = {
 
 
 def row(message: dict[str, object]) -> str:
-    """Return a message as the drive channel carries it."""
+    """Return a message in the drive channel's form."""
     return json.dumps(list(message.values()))
 
 
 def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
-    """Such as only the operator may send, while they are fresh; malformed, oversized, unknown."""
+    """Messages that only a fresh operator may send: malformed, oversized, unknown."""
     return [
         row(GO | {"turn": turn, "sent_server_ms": now_ms, "seq": 2**50}),
         row(GO | {"turn": turn + 1, "sent_server_ms": now_ms}),
@@ -70,7 +70,7 @@ def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
 
 
 def refused(status: dict[str, Any]) -> int:
-    """Sum of the server's counts of what it refused."""
+    """Return the sum of the server's counts of refusals."""
     what = ("messages refused", "messages not allowed", "messages over the rate")
     return sum(status["counters"].get(name, 0) for name in (*what, "requests refused"))
 

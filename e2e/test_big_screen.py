@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 HALL = {"viewport": {"width": 1280, "height": 720}}
 NAME = "http://robot.example"
-"""By this the page is opened here, as by visitors; its requests go to the server's own address."""
+"""Visitors use this name, and so does the test; its requests go to the server's own address."""
 
 
 @pytest.mark.full
@@ -23,7 +23,7 @@ NAME = "http://robot.example"
 async def test_a_screen_is_all_picture_with_a_code_that_leads_here(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """Pointer and Stop are there once somebody moves; a camera reads the page's own address."""
+    """Pointer and Stop appear once somebody moves; a camera can read the page's own address."""
     screen = await open_viewer(server, **HALL)
     await screen.page.goto(f"{server.url}/?view=big-screen")
     await screen.sees_picture()
@@ -34,7 +34,7 @@ async def test_a_screen_is_all_picture_with_a_code_that_leads_here(
     await screen.page.mouse.move(300, 300)
     await screen.page.mouse.move(320, 300)
     await expect(main).not_to_have_css("cursor", "none")
-    await screen.button("Stop").click(trial=True)  # it would receive the press
+    await screen.button("Stop").click(trial=True)  # it would be pressed
 
     await screen.is_reached_as(NAME)
     await screen.page.goto(f"{NAME}/?view=big-screen")
@@ -44,5 +44,5 @@ async def test_a_screen_is_all_picture_with_a_code_that_leads_here(
     assert seen is not None, "the code is no picture"
     read, _, _ = cv2.QRCodeDetector().detectAndDecode(seen)
     assert read == f"{NAME}/"
-    # What is under way when the page closes is nobody's any more.
+    # When the page closes, requests in flight have no one to wait for them.
     await screen.page.unroute_all(behavior="ignoreErrors")

@@ -1,4 +1,4 @@
-"""Cameras beside the driving view: small, large by a key or a tap, and gone."""
+"""Cameras other than the driving view: small, enlarged by a key or a tap, and gone."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ async def shows(viewer: Viewer, at: int, width: int) -> None:
 async def test_a_large_camera_dies_and_driving_goes_on(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """The driving view is seen all the time, comes back large with a word, and nothing stops."""
+    """The driving view is always visible, is enlarged again with a message, and nothing stops."""
     viewer = await open_viewer(server)
     await shows(viewer, 1, 160)
     await viewer.page.keyboard.press("KeyC")
@@ -58,7 +58,7 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     pulled = server.state_folder.parent / "pull"
 
     async def is_driven_on() -> bool:
-        """Pull its plug and put it back; tell whether the robot drove on meanwhile."""
+        """Pull the camera's plug and put it back; return whether the robot drove on meanwhile."""
         await viewer.button("Make Tail large").click()
         await shows(viewer, 2, 640)
         await turn_by_key(server, viewer)

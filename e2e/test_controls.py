@@ -1,4 +1,4 @@
-"""What the robot has besides wheels, from a finger on the page to the simulated robot."""
+"""The robot's controls other than wheels, from a finger on the page to the simulated robot."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ async def robot_has(server: Server, name: str, value: float) -> None:
 async def sounds(
     server: Server, press: Callable[[], Awaitable[None]], let_go: Callable[[], Awaitable[None]]
 ) -> None:
-    """Hold on until the horn sounds, and for longer than one message of it counts."""
+    """Hold on until the horn sounds, and for longer than one of its messages counts."""
 
     async def is_on() -> bool:
         return bool((await server.status())["robot"]["horn"] == 1.0)
@@ -71,7 +71,7 @@ async def looks_around(server: Server, viewer: Viewer) -> None:
 async def test_what_is_pressed_reaches_the_robot_until_it_may_not(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:
-    """By finger and key while it is held; a Stop and the end of the turn release what moves."""
+    """They work by finger and key while held; a Stop and the end of the turn release what moves."""
     ada, eve = driver, await open_viewer(server)
     assert not await eve.button("Horn").is_visible(), "an observer is offered the operator's"
     keys = ada.page.keyboard
@@ -89,7 +89,7 @@ async def test_what_is_pressed_reaches_the_robot_until_it_may_not(
     await robot_has(server, "lamp", 0.0)
     await ada.page.get_by_role("button", name="Lamp", pressed=False).wait_for()
 
-    # It stands at once, what moves waits for the release, and the lamp works meanwhile.
+    # It stops at once, what moves waits for the release, and the lamp works meanwhile.
     await looks_around(server, ada)
     await eve.button("Stop").click()
     assert await stands_still(server)
@@ -108,5 +108,5 @@ async def test_what_is_pressed_reaches_the_robot_until_it_may_not(
     assert await stands_still(server)
     await expect(ada.button("Look around")).to_be_hidden()
 
-    # A number beyond its limit is over the picture.
+    # A gauge beyond its limit is shown over the picture.
     await ada.page.locator(".hud").get_by_text("Motors").wait_for()

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
     Went = Callable[[Pose, Pose], bool]
-    """Where the robot is, and where it was when it was pressed for."""
+    """A function of where the robot is, and of where it was before the press."""
 
 pytestmark = pytest.mark.timeout(90)
 
@@ -37,7 +37,7 @@ NO_CHANNEL: Final = "void (frames[0].RTCDataChannel.prototype.send = () => {})"
 
 
 async def goes(server: Server, start: Pose, so: Went) -> bool:
-    """Return whether the robot has gone so from there, as soon as it has."""
+    """Return whether the robot has moved so from there, as soon as it has."""
 
     async def has_gone() -> bool:
         return so(await pose(server), start)
@@ -46,7 +46,7 @@ async def goes(server: Server, start: Pose, so: Went) -> bool:
 
 
 async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, so: Went) -> None:
-    """Hold the keys together until the robot has gone so, let go, and see it stand so."""
+    """Hold the keys together until the robot has moved so, release, and check that it stops so."""
 
     async def attempt() -> bool:
         start = await pose(server)
@@ -71,7 +71,7 @@ async def speed_mps(server: Server) -> float:
 
 @pytest.mark.timeout(120)
 async def test_keys_move_the_robot(server: Server, driver: Viewer) -> None:
-    """Arrow keys and WASD drive where they say, two together a curve."""
+    """Arrow keys and WASD drive in their directions, two together in a curve."""
     await drive_by_keys(
         *(server, driver, "ArrowUp"),
         so=lambda at, since: at.ahead_m(since) > 0.05 and abs(at.turned_rad(since)) < 0.05,
@@ -88,7 +88,7 @@ async def test_keys_move_the_robot(server: Server, driver: Viewer) -> None:
 
 
 async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
-    """A button held with the mouse drives, let go it stops, also when let go elsewhere."""
+    """A button held with the mouse drives and stops when released, even if released elsewhere."""
 
     async def turns() -> bool:
         start = await pose(server)
@@ -104,7 +104,7 @@ async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
 
 
 async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer) -> None:
-    """On a phone one thumb backs while the other turns; each stops what it alone held."""
+    """On a phone one thumb reverses while the other turns; each releases only its own direction."""
     viewer = await open_viewer(server, **PHONE)
     await viewer.drive_by("Buttons")
     await viewer.takes_the_wheel()
@@ -136,9 +136,9 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
 async def test_stop_latches_until_it_is_released(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:
-    """It ends the motion of a held key, whoever presses it; only a release and a press go on.
+    """It ends the motion of a held key, whoever presses; only a release and a new press drive on.
 
-    Each of its two ways is enough: HTTP is cut off for who drives, the channel for who watches.
+    Each of its two paths is enough: HTTP is blocked for the operator, the channel for the observer.
     """
     await turn_by_key(server, driver)
     await driver.page.evaluate(NO_HTTP)
@@ -164,14 +164,14 @@ async def test_stop_latches_until_it_is_released(
     await driver.release_stop()
 
 
-# --- however a viewer loses the controls, the robot stands at once ---
+# --- however a viewer loses the controls, the robot stops at once ---
 
 HANG: Final = "() => { const end = Date.now() + 2500; while (Date.now() < end); }"
 
 
 @pytest.mark.parametrize("leave", ["another address", "a script that hangs", "a closed tab"])
 async def test_who_leaves_the_page_stops(server: Server, driver: Viewer, leave: str) -> None:
-    """A link, a closed tab or a page that hangs while a key is held: the robot stands."""
+    """If a link is followed, a tab closed or the page hangs, a held key drives no longer."""
     await turn_by_key(server, driver)
     if leave == "a closed tab":
         await driver.page.close()

@@ -1,4 +1,4 @@
-"""A frame on another site, where no cookie is let through: one watches there, and no more."""
+"""A frame on another site, with third-party cookies blocked: it shows the robot, and no more."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ if TYPE_CHECKING:
 
 NO_THIRD_PARTY: Final = "--test-third-party-cookie-phaseout"
 NO_COOKIE: Final = {"network.cookie.cookieBehavior": 1}
-"""Of third parties, in Firefox."""
+"""Blocks third-party cookies in Firefox."""
 WITHOUT_ORIGIN: Final = ("", "allow-scripts", "allow-scripts allow-popups")
-"""What `sandbox` says: WordPress has the second."""
+"""Values of `sandbox`; WordPress uses the second."""
 WITH_ORIGIN: Final = (
     "allow-scripts allow-same-origin",
     "allow-scripts allow-forms allow-same-origin allow-popups",
 )
 ISOLATED: Final = {"Cross-Origin-Embedder-Policy": "require-corp"}
-"""Of a site that has isolated itself from others, so that it shows fewer frames."""
+"""The headers of a site that has isolated itself from others, so that it shows fewer frames."""
 TRIES: Final = "(document.cookie = 'tried=1; SameSite=None; Secure', document.cookie)"
 
 pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
@@ -50,7 +50,7 @@ pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
 async def sites(
     *ports: int, headers: Mapping[str, str] = MappingProxyType({})
 ) -> AsyncIterator[dict[str, str]]:
-    """Serve these pages, by path, on sites of other names than the robot's, which is 127.0.0.1."""
+    """Serve these pages, by path, on sites whose names differ from the robot's, 127.0.0.1."""
     pages: dict[str, str] = {}
 
     async def page(request: web.Request) -> web.Response:
@@ -75,7 +75,7 @@ def allowing(port: int) -> str:
 
 
 async def line(server: Server) -> str:
-    """Return the line of HTML for other sites, as a site asks for it that was given a link."""
+    """Return the line of HTML for other sites, as a site that was given a link requests it."""
     url = server.url.replace(":", "%3A").replace("/", "%2F")
     code, told = await server.get(f"/oembed?url={url}%2F&format=json")
     assert code == 200
@@ -83,9 +83,9 @@ async def line(server: Server) -> str:
 
 
 async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path: Path) -> None:
-    """It plays, tells who drives, and sounds after a press; no key does a thing.
+    """It plays, says who drives, and sounds after a press; no key has any effect.
 
-    The site that is named has it, by the line that oEmbed gives, and the page itself has nobody.
+    The named site may show it, by the line that oEmbed gives; no site may show the page itself.
     """
     museum, other = free_port(), free_port()
     async with (
@@ -126,7 +126,7 @@ async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path:
 
 
 async def refused(viewer: Viewer) -> bool:
-    """Return whether the browser has said that a frame may not be there."""
+    """Return whether the browser has said that the frame is not allowed."""
     return any("frame-ancestors" in one for one in viewer.console)
 
 
@@ -146,7 +146,7 @@ async def test_in_a_sandbox_it_plays_or_says_where_it_does(
         values = WITHOUT_ORIGIN + WITH_ORIGIN
         pages["/"] = "".join(frame.replace(" ", f' sandbox="{one}" ', 1) for one in values)
         context = await chromium.new_context()
-        viewer = await Viewer.at(context, server.url)  # its page is kept, as it was answered then
+        viewer = await Viewer.at(context, server.url)  # the frame keeps that answer
         await viewer.page.goto(f"http://localhost:{museum}/")
         for index, value in enumerate(values):
             inside = viewer.page.frame_locator(f"iframe >> nth={index}")
@@ -172,7 +172,7 @@ async def test_in_a_sandbox_it_plays_or_says_where_it_does(
 
 
 async def test_firefox_shows_the_frame_without_a_cookie(serve: Serve, tmp_path: Path) -> None:
-    """The picture plays and its words are there, where third parties can store nothing."""
+    """The picture plays and its words are there, although third parties can store nothing."""
     museum = free_port()
     async with (
         sites(museum) as pages,

@@ -39,7 +39,7 @@ pytestmark = pytest.mark.timeout(120)
 async def test_firefox_shows_sounds_and_drives(
     serve: Serve, tmp_path: Path, ear: Ear | None
 ) -> None:
-    """In stock Firefox the card is read live, our player sounds with energy, a key drives."""
+    """In stock Firefox the card is read live, our player's sound has energy, and a key drives."""
     async with (
         serve(tmp_path, toml.CARD) as server,
         opened(server, tmp_path, needed(ear)) as window,
@@ -55,8 +55,8 @@ async def test_firefox_shows_sounds_and_drives(
         # After a start on a busy machine Firefox holds pictures back for some seconds.
         await eventually(is_live, "the picture is live")
 
-        # Where the picture has it the server begins with little and goes by what it is told; the
-        # sound has it too since some version after 140.
+        # With transport-wide feedback for pictures, the server starts slowly and follows the
+        # feedback; for sound Firefox has it since some version after 140.
         sections = (await window.evaluate("waxProbe.answer()")).split("m=")[1:]
         agreed = {one.split()[0] for one in sections if FEEDBACK in one}
         assert "video" in agreed, "Firefox is served by what it loses"
@@ -90,9 +90,9 @@ async def test_firefox_shows_sounds_and_drives(
 
 @pytest.mark.full
 async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None:
-    """The words that Firefox's microphone hears are those of the robot's speaker."""
+    """The robot's speaker plays the words that Firefox's microphone hears."""
     played, words = tmp_path / "said.wav", tmp_path / "words.wav"
-    speech.write(words, np.tile(speech.voice(SPOKEN_S), 20))  # longer than the test's time-out
+    speech.write(words, np.tile(speech.voice(SPOKEN_S), 20))  # longer than the test's timeout
     async with AsyncExitStack() as leaving:
         own_ear = await leaving.enter_async_context(open_ear())
         await leaving.enter_async_context(hearing(own_ear, words))
@@ -109,9 +109,9 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
 # --- the ways to drive other than keys ---
 
 TOUCH_SCREEN: Final = {"ui.primaryPointerCapabilities": 1, "ui.allPointerCapabilities": 1}
-"""Fingers are all that points."""
+"""A device that has only a touch screen."""
 IN_FRONT: Final = "document.hasFocus = () => true"
-"""A headless Firefox never has the focus, whatever its window is told or clicked."""
+"""A headless Firefox never has the focus, whatever is done to its window."""
 
 
 def _at(x: float, y: float) -> dict[str, Any]:
@@ -124,7 +124,7 @@ UP: Final = {"type": "pointerUp", "button": 0}
 
 @pytest.mark.full
 async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Path) -> None:
-    """A finger's push moves the robot; a gamepad does once it was chosen by its Start."""
+    """A finger's push moves the robot; a gamepad does once its Start has chosen it."""
     async with (
         serve(tmp_path, toml.CARD) as server,
         opened(server, tmp_path, preferences=TOUCH_SCREEN) as window,

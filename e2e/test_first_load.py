@@ -1,4 +1,4 @@
-"""What the page loads before it shows anything, and where from."""
+"""What the page loads before it shows anything, and from where."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ HOST: Final = re.compile(
     r"""["'`(](?:https?:|wss?:)?//([a-z0-9-]+(?:\\?\.[a-z0-9-]+)+)""", re.IGNORECASE
 )
 NAMESPACES: Final = {"www.w3.org"}
-"""What names a language, such as SVG, and is never asked for anything."""
+"""A name that identifies a format such as SVG, and to which no request is ever sent."""
 DIST: Final = ROOT / "server/wax/web/dist"
 
 
 async def test_little_is_loaded_before_the_first_picture(chromium: Browser, server: Server) -> None:
-    """Page, scripts and styles are 75 kB as they travel, and nothing of them is for later."""
+    """Page, scripts and styles are 75 kB as transferred, and none of that is needed only later."""
     async with await chromium.new_context(locale="en-GB") as context:
         viewer = await Viewer.at(context, server.url)
         loaded = await viewer.probe("loadedFirst('/sentences-')")
@@ -46,7 +46,7 @@ async def test_little_is_loaded_before_the_first_picture(chromium: Browser, serv
 async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """Each request is to the page's server, nothing is refused, and one worker is fetched ahead."""
+    """Every request goes to the page's server, none is refused, and one worker is preloaded."""
     viewer = await open_viewer(server)
     asked: list[str] = []
     viewer.page.on("request", lambda request: asked.append(request.url))
@@ -70,7 +70,7 @@ async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
 
 @pytest.mark.full
 async def test_it_works_below_a_path(chromium: Browser, serve: Serve, tmp_path: Path) -> None:
-    """A proxy that takes a path away changes nothing: the page connects, shows the robot, stops."""
+    """Behind a proxy that strips a path, the page connects, shows the robot and stops it."""
     below, asked = "http://robot.example/robot", list[str]()
     async with (
         serve(tmp_path, toml.CARD) as server,
@@ -87,7 +87,7 @@ async def test_it_works_below_a_path(chromium: Browser, serve: Serve, tmp_path: 
 
 
 def test_no_other_host_is_named_in_it() -> None:
-    """In the text of page, scripts and styles there is no address of anybody else's."""
+    """The text of page, scripts and styles contains no address of anybody else."""
     page = (DIST / "index.html").read_text(encoding="utf-8")
     names = re.findall(r'(?:src|href)="\./(assets/[^"]+)"', page)
     assert [name for name in names if name.endswith(".js")], page

@@ -1,4 +1,4 @@
-"""How the server begins with what `wax init` wrote."""
+"""How the server starts with the file that `wax init` wrote."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
-    """Run `wax` with a terminal of its own; return its exit status and what it said."""
+    """Run `wax` with a terminal of its own; return its exit status and its output."""
     ours, theirs = pty.openpty()
     try:
         process = await asyncio.create_subprocess_exec(
@@ -35,9 +35,9 @@ async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
 
 @pytest.mark.full
 async def test_what_init_writes_drives_a_board(serve: Serve, tmp_path: Path, board: Board) -> None:
-    """With --yes and a board plugged in, the file that is written starts a server that has it.
+    """With --yes and a board plugged in, the written file starts a server that drives the board.
 
-    This machine has no camera: the page says so, and the microphone's absence is no problem.
+    This machine has no camera: the page says so, and the missing microphone is no problem.
     """
     path = tmp_path / "robot.toml"
     code, said = await _at_a_terminal(

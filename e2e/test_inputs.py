@@ -1,4 +1,4 @@
-"""Other ways to drive than keys and buttons: joystick and gamepad."""
+"""Ways to drive other than keys and buttons: joystick and gamepad."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ pytestmark = pytest.mark.timeout(120)
 
 
 async def travel_px(viewer: Viewer) -> float:
-    """How far the joystick's knob goes."""
+    """Return the distance that the joystick's knob can travel."""
     await viewer.joystick.scroll_into_view_if_needed()
     return 0.35 * (await box_of(viewer.joystick))["width"]
 
 
 @pytest.mark.timeout(90)
 async def test_a_joystick_out_of_hands_stops(server: Server, open_viewer: OpenViewer) -> None:
-    """In its middle a thumb moves nothing, pushed it drives, until the touch is cancelled."""
+    """In the middle a thumb moves nothing; pushed it drives, until the touch is cancelled."""
     viewer = await open_viewer(server, drives=True, **PHONE)
     points = await TouchPoints.of(viewer)
     await points.press(0, viewer.joystick)
@@ -46,7 +46,7 @@ async def test_a_joystick_out_of_hands_stops(server: Server, open_viewer: OpenVi
 
 
 async def test_a_gamepad_drives_and_stops(server: Server, open_viewer: OpenViewer) -> None:
-    """Not before it was chosen it drives; by its Stop the robot stands, its cross still held."""
+    """It drives only once it was chosen; its Stop stops the robot while its cross is still held."""
     viewer = await open_viewer(server, drives=True)
     pad = await InjectedGamepad.plugged_in(viewer.page)
     await viewer.page.get_by_text("Gamepad found").first.wait_for(state="visible")

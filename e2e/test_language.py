@@ -22,14 +22,14 @@ SETTINGS = re.compile(r"^\W*Šé+ţ")
 JOIN = re.compile(r"^\W*Ĵö+î+ñ")
 LEFT = re.compile(r"^\W*Ļé+f")
 RIGHT = re.compile(r"^\W*Ŕî+ĝ")
-"""As the trial language writes them."""
+"""The numbers as the trial language writes them."""
 
 
 @pytest.mark.full
 async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """In a mirrored language, two fifths longer, nothing is cut off and left is still left."""
+    """In a mirrored language, two fifths longer, nothing is cut off, and left is still left."""
     viewer = await open_viewer(server)
     page = viewer.page
     await page.goto(f"{server.url}/?lang=pseudo")

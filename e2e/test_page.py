@@ -1,4 +1,4 @@
-"""The page as a thing to be used: by thumb, and with nothing in the way."""
+"""The page can be used by thumb, and nothing is in the way."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _is_within(box: FloatRect, width: int, height: int) -> bool:
 async def test_a_phone_has_everything_under_the_thumbs(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """On a phone nothing scrolls sideways, and what one drives by is large and in view."""
+    """On a phone nothing scrolls sideways, and the controls for driving are large and in view."""
     viewer = await open_viewer(server, drives=True, **PHONE)
     for control in ("Joystick", "Buttons"):
         await viewer.drive_by(control)
@@ -78,7 +78,7 @@ async def test_a_phone_has_everything_under_the_thumbs(
 
 
 async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewer) -> None:
-    """Panels lie beside turn, drive buttons and Stop, in the window; the picture fills its box."""
+    """Panels cover neither turn, buttons nor Stop, and fit in; the picture fills its box."""
     page = driver.page
     for width, height in LAYOUTS:
         await driver.resize(width, height)
@@ -101,7 +101,7 @@ async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewe
 async def test_on_a_wide_screen_what_is_opened_stands_under_the_picture(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """As wide as the picture was; Stop and the card stay where they are."""
+    """It is as wide as the picture was; Stop and the card stay where they are."""
     viewer = await open_viewer(server, viewport={"width": 1280, "height": 800})
     picture = viewer.page.get_by_role("region", name="Picture", exact=True)
     fixed = [viewer.button("Stop"), viewer.page.get_by_role("region", name="Turn")]
@@ -148,7 +148,7 @@ async def test_stop_is_whole_in_a_small_window(server: Server, open_viewer: Open
 async def test_larger_letters_leave_everything_in_its_place(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """They are as large as the browser is set to; Stop is whole, and nothing scrolls sideways."""
+    """Letters have the browser's size; Stop is fully visible, and nothing scrolls sideways."""
     viewer = await open_viewer(server, drives=True)
     page = viewer.page
     devtools = await page.context.new_cdp_session(page)

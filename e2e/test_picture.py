@@ -1,4 +1,4 @@
-"""The picture, read off the glass."""
+"""The picture, read off the presented frames."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 SOUND_MS = 100.0
-"""As old as the sound is that the picture is held back for, at most."""
+"""At most as old as the sound for which the picture is held back."""
 MIME_TYPE = {"vp8": "video/VP8", "h264": "video/H264"}
 
 
@@ -46,8 +46,9 @@ async def server(
 async def test_every_offered_size_is_fresh_until_it_is_switched_off(
     server: Server, codec: str, open_viewer: OpenViewer
 ) -> None:
-    """The card read off presented frames is whole, new and of the chosen size, 30 of them a second
-    captured; off, none is sent nor encoded while sound goes on, and on again it is live.
+    """The card is whole, new and of the chosen size, with 30 pictures captured a second.
+
+    Switched off, none is sent or encoded while sound continues; on again it is live.
     """
     viewer = await open_viewer(server)
     assert_live(await viewer.cards(20))
@@ -63,7 +64,7 @@ async def test_every_offered_size_is_fresh_until_it_is_switched_off(
         assert_live(await viewer.cards(20))
 
     async def is_smooth() -> bool:
-        """Return whether most are next to each other, whatever a busy machine leaves out."""
+        """Return whether most pictures are consecutive, whatever a busy machine leaves out."""
         stamps_ms = sorted({card.stamp_ms for card in await viewer.cards(20) if card.valid})
         apart_ms = [b - a for a, b in pairwise(stamps_ms)]
         return bool(apart_ms) and 1000 / 33 <= median(apart_ms) <= 1000 / 24

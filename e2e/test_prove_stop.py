@@ -28,11 +28,11 @@ SLOW_WATCHDOGS = {
     "drive": {"max_age_ms": 1000.0, "max_command_age_ms": 2000.0},
     "robot": {"silence_ms": 1000, "serial": {"ttl_ms": 1000}},
 }
-"""The longest that the configuration allows: no watchdog is as soon as the proof wants it."""
+"""The longest that the configuration allows: no watchdog is as fast as the proof demands."""
 
 
 async def start_proof(folder: Path, board: Board, tree: dict[str, Any] | None = None) -> Process:
-    """Start it as the server does for its host; `tree` is the configuration but for the port."""
+    """Start it as the server does for its host; `tree` is the configuration except for the port."""
     tree = tree or {}
     robot = tree.get("robot", {})
     serial = robot.get("serial", {}) | {"url": str(board.path)}
@@ -51,7 +51,7 @@ async def start_proof(folder: Path, board: Board, tree: dict[str, Any] | None = 
 
 
 async def ended(process: Process) -> tuple[bytes, bytes]:
-    """Return what it says until its end; the pipe to it stays open meanwhile."""
+    """Return its output until its end; the pipe to it stays open meanwhile."""
     assert process.stdout is not None
     assert process.stderr is not None
     said = await asyncio.gather(process.stdout.read(), process.stderr.read())
@@ -90,9 +90,9 @@ async def sheets(chromium: Browser, record: str) -> int:
 async def test_a_stop_is_proved_where_it_is_in_time(
     tmp_path: Path, board: Board, chromium: Browser
 ) -> None:
-    """As shipped each link is cut and each stop is in time; with slow watchdogs those are late.
+    """With shipped values each link is cut and each stop is in time; slow watchdogs are late.
 
-    The record is one page, on paper too.
+    The record is one page, also on paper.
     """
     status, record = await prove(tmp_path, board)
     assert rows(record) == dict.fromkeys(rows(record), "passed"), record
@@ -116,7 +116,7 @@ async def test_a_stop_is_proved_where_it_is_in_time(
 
 @pytest.mark.timeout(120)
 async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: Board) -> None:
-    """Its parent's end makes the robot stand in the middle, and it says that it proved nothing."""
+    """Its parent's end stops the robot in the middle, and it says that it proved nothing."""
     process = await start_proof(tmp_path, board)
     await until(lambda: board.moves, "the robot is driven", within_s=60, every_s=0.02)
     assert process.stdin is not None

@@ -25,7 +25,7 @@ async def person(open_viewer: OpenViewer, server: Server, name: str) -> Viewer:
 
 
 def listed(status: dict[str, Any], name: str) -> dict[str, Any]:
-    """Return the server's line of this person, empty when not (yet) there."""
+    """Return the server's entry for this person, empty while there is none."""
     return next((line for line in status["viewers"] if line["name"] == name), {})
 
 
@@ -39,14 +39,14 @@ def operator(status: dict[str, Any]) -> str | None:
 async def test_turns_pass_on_and_the_robot_stands_between_them(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """Each drives in turn, and what is held at the end of one moves nothing in the next."""
+    """Each drives in turn, and a control held at the end of a turn moves nothing in the next."""
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")
     await ada.takes_the_wheel()
     await bob.join()
 
     def bobs_turn(told: dict[str, Any]) -> int:
-        """Return its number once Bob drives while Ada waits: each turn comes again."""
+        """Return the turn's number once Bob drives while Ada waits: each gets another turn."""
         ada_s = listed(told, "Ada")
         is_so = (operator(told), ada_s["role"], ada_s["place"]) == ("Bob", "queued", 1)
         return int(told["turn"]["number"]) if is_so else 0
@@ -56,7 +56,7 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
     await ada.page.get_by_text("You are driving").first.wait_for(state="hidden")
 
     async def turns_in_hers() -> bool:
-        """Hold a key in a turn of Ada's, which may be over before the robot moves."""
+        """Hold a key in a turn of Ada's, which may end before the robot moves."""
         await ada.page.keyboard.up("ArrowLeft")
         await ada.drives()
         await nothing_is_held(server)

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.timeout(90)
 
 PATIENT = toml.card_with(turns="grace_s = 20.0")
-"""A busy machine takes its time to open a page again."""
+"""A busy machine takes long to reopen a page."""
 
 
 async def test_a_reload_keeps_turn_place_and_name(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """The operator who reloads drives the same turn, by a new press; a key held over it is dead."""
+    """An operator who reloads drives on in the same turn, but only by a new press."""
     async with serve(tmp_path, PATIENT) as server:
         ada, bob = await open_viewer(server), await open_viewer(server)
         await ada.call_oneself("Ada")

@@ -1,4 +1,4 @@
-"""What a server leaves behind, and what nobody must find in it."""
+"""What a server records, and what nobody must find there."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path) -> None:
-    """Log, records and metrics hold nothing that lets one in as somebody else, at any level."""
+    """Log, records and metrics contain nothing that admits somebody else, at any level."""
     state = tmp_path / "state" / "wax"
     evil = "\x1b]0;evil\x07\u202egnp.exe\n[warning] forged"
     port = free_port()
@@ -49,13 +49,13 @@ async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path)
             async with aiohttp.ClientSession() as session:
                 for path, body in (
                     *(("enter", {"token": one}) for one in (token, f"{token}x")),
-                    *[("host", {"secret": secret})] * 2,  # it is good for once
+                    *[("host", {"secret": secret})] * 2,  # it works only once
                 ):
                     async with session.post(f"{server.url}/api/{path}", json=body) as sent:
                         await sent.read()
                 await (await session.get(f"{server.url}/?host={secret}")).read()
                 seen = await (await session.get(f"http://127.0.0.1:{port}/metrics")).text()
-            # They are on their own port only, and readiness on the page's.
+            # Metrics are on their own port only, and readiness on the page's.
             assert 'wax_viewers{role="observer"} ' in seen
             assert "wax_loop_lateness_seconds_bucket" in seen
             assert (await server.get("/metrics"))[0] == 404

@@ -1,4 +1,4 @@
-"""Chromium shaped like Safari: the oldest, and the first that has our own player."""
+"""Chromium shaped like Safari: the oldest, and the first that can run our own player."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 async def test_in_a_browser_like_safari_one_watches_hears_drives_and_takes_a_call(
     server: Server, open_viewer: OpenViewer, ear: Ear | None, version: float, player: str
 ) -> None:
-    """It sounds after a tap, drives and stops; after a call it sounds again, as the page says."""
+    """It sounds after a tap, drives and stops; after a phone call it sounds again, and says so."""
     viewer = await open_viewer(server, first=shaped_like(version), **PHONE)
     offer = str(await viewer.probe("offer()"))
     assert "playout-delay" not in offer

@@ -52,15 +52,17 @@ async def hold(
 async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """While it is held frames of this turn come steadily; after its release, a loose wire and a
-    pulled plug there are stops, and motion only by a new press.
+    """While a key is held, frames of this turn arrive steadily.
+
+    After its release, a loose wire and a pulled plug there are stops, and motion only by a new
+    press.
     """
 
     async def drives() -> bool:
         return board.moves
 
     async def rests_since(since_s: float) -> None:
-        """See that the server greets the board anew, and then asks for nothing but stops."""
+        """Check that the server greets the board anew, and then only sends stops."""
         await until(lambda: "hello" in taken(board, since_s), "the server greets the board anew")
         await asyncio.sleep(0.8)
         assert taken(board, since_s) == {"hello", "stop"}, "it moved without a new press"
@@ -76,7 +78,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         seen: list[object] = []
 
         async def steadily() -> bool:
-            """Hold a key for a second; tell whether frames came all the time, none a stop."""
+            """Hold a key for a second; return whether frames came all the time without a stop."""
             await keys.down("ArrowUp")
             if not await happens(drives, within_s=2, every_s=0.02):
                 seen.append("it stood")
@@ -114,7 +116,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         assert is_connected(await server.status())
         await viewer.page.keyboard.up("ArrowUp")
 
-        # The page reports a lost line, which is opened again while the key is still held.
+        # The page reports a lost line, which is reopened while the key is still held.
         await hold(server, viewer, "ArrowUp", drives)
         await board.unplug()
         await the_problem(server)

@@ -1,4 +1,4 @@
-"""What a server that is paused, gone or restarted looks like, and that the page finds it again."""
+"""What the page shows when its server pauses, dies or restarts, and that it reconnects."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.timeout(120)
 SAID_WITHIN_MS = 1000
 """A safety deadline: the operator must not mistake an old picture for a live one."""
 STOP_SAID_WITHIN_MS = 2000
-"""A safety deadline, too: until then somebody believes that the robot stands."""
+"""A safety deadline, too: until then somebody believes that the robot has stopped."""
 TOLD_AFTER_MS = """() => new Promise((resolve) => {
     const pressedMs = performance.now();
     new MutationObserver(() => {
@@ -41,15 +41,15 @@ TOLD_AFTER_MS = """() => new Promise((resolve) => {
 async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """Paused it is not called lost; killed, the operator sees the picture grey until it is back.
+    """A paused server is not called lost; after a kill the picture is grey until it is back.
 
-    The page comes back with its name and drives; of a server that ends it says that it does.
+    The page reconnects with its name and drives; if a server is stopped, the page says so.
     """
     async with serve(tmp_path, toml.CARD) as server:
         viewer = await open_viewer(server, drives=True)
         await viewer.call_oneself("Ada")
-        # A page that drives pings often for its first second, then each 200 ms. It is as patient as
-        # the slowest of its last five answers took, and a pause holds some back.
+        # A page that drives pings often for its first second, then each 200 ms. Its patience is the
+        # slowest of its last five answers, and a pause delays some of them.
         await viewer.probe("after(1500)")
         peers = await viewer.probe("peers()")
 
@@ -89,7 +89,7 @@ async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
 async def test_a_stop_into_a_dead_line_says_so_within_two_seconds_until_it_is_taken(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """Nobody is left to believe in a Stop that did not arrive; the page itself gets it through."""
+    """Nobody keeps believing in a Stop that did not arrive; the page itself delivers it later."""
     async with serve(tmp_path, toml.CARD) as server:
         viewer = await open_viewer(server)
         page = viewer.page

@@ -1,4 +1,4 @@
-"""The page's built-in player, as it leaves the browser, and its way back to the browser's."""
+"""The page's built-in player, as it sounds outside, and the fallback to the browser's."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ AudioDecoder.prototype.decode = function (chunk) {
 async def test_a_page_that_is_busy_or_behind_plays_on(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """No gap is heard while the main thread is blocked four times, nor for 15 s in a tab behind."""
+    """No gap is heard while the main thread is blocked four times, nor for 15 s in a hidden tab."""
     viewer = await open_viewer(server)
     await viewer.listen()
     await plays_by(viewer, OWN)
@@ -49,7 +49,7 @@ async def test_a_page_that_is_busy_or_behind_plays_on(
         await asyncio.sleep(0.3)
     assert probe.gaps_ms(viewer.heard()) == []
     cdp = await viewer.page.context.new_cdp_session(viewer.page)
-    # A page that is driven counts as seen, whatever lies over it.
+    # A page that is driven counts as seen, whatever covers it.
     await cdp.send("Emulation.setFocusEmulationEnabled", {"enabled": False})
     window = (await cdp.send("Browser.getWindowForTarget"))["windowId"]
     bounds = {"windowId": window, "bounds": {"windowState": "minimized"}}
@@ -66,7 +66,7 @@ async def test_a_page_that_is_busy_or_behind_plays_on(
 async def test_a_decoder_that_fails_is_hardly_heard(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """The browser's player goes on within 300 ms, and the page says why."""
+    """The browser's player takes over within 300 ms, and the page says why."""
 
     async def failing(route: Route) -> None:
         answer = await route.fetch()

@@ -1,4 +1,4 @@
-"""Details on demand: why it is slow, plots and figures, loaded when somebody asks."""
+"""Details on demand: the reason for slowness, plots and figures, loaded when somebody asks."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ PLOTS_BUTTON = "Plots, and why it is slow"
 async def test_details_show_what_was_measured_before_they_were_asked_for(
     server: Server, open_viewer: OpenViewer, tmp_path: Path
 ) -> None:
-    """The past is there at once, drawn and in tables, within the policy, and can be saved.
+    """The past is there at once, in plots and tables, within the policy, and can be saved.
 
-    Where the file does not come, a sentence says so; it is watched on, and tried again.
+    If the file does not load, a sentence says so; watching continues, and the file is requested
+    again.
     """
     viewer = await open_viewer(server)
     page = viewer.page
@@ -50,7 +51,7 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
     await expect(alert).to_be_visible()
     assert await viewer.says_connected()
     await viewer.sees_picture()
-    # The file and its style are asked for at once; the second refusal may still be on its way.
+    # The file and its style are requested at once; the second refusal may still be in flight.
     await page.unroute_all(behavior="wait")
     asked.clear()
     await viewer.button("Try again").press("Enter")

@@ -1,4 +1,4 @@
-"""Two ears, as they leave the browser: apart."""
+"""Stereo, as it sounds outside the browser: the sides are separate."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ LOUD, SOFT = 6000.0, 200.0
 SECONDS_EACH = 0.8
 WINDOW = SAMPLE_RATE_HZ // 10
 APART = 5.0
-"""Of 30 times as loud at the source."""
+"""The source is 30 times as loud on one side."""
 ENOUGH = 5
-"""Of the eight tenths of a second in a row that are loud on one side."""
+"""Each side is loud for eight consecutive tenths of a second."""
 
 
 def sides(viewer: Viewer) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
-"""Strangers at the door: what the host does about them, as everybody's page shows it.
+"""Strangers in the room: what the host does about them, as everybody's page shows it.
 
-A proxy that is trusted says for everybody who asks where they come from, since the address of
-this machine itself is never banned.
+A trusted proxy reports where each person comes from, since this machine's own address is never
+banned.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SERVER_SETTINGS: Final = toml.card_with(
 
 @pytest_asyncio.fixture(loop_scope="session")
 async def come(server: Server) -> AsyncIterator[Come]:
-    """Let somebody in; they leave at the end of the test."""
+    """Let somebody join; they leave at the end of the test."""
     async with AsyncExitStack() as leaving:
 
         async def one(address: str = HERS, **options: Any) -> Operator:
@@ -56,7 +56,7 @@ async def come(server: Server) -> AsyncIterator[Come]:
 async def test_a_host_blanks_the_picture_bans_a_troll_and_closes(
     server: Server, come: Come, open_viewer: OpenViewer
 ) -> None:
-    """Each act reaches the others' pages in words, and who is banned stays away, unlike others."""
+    """Everybody reads about each act, and only a banned person cannot return."""
     proxied = {"extra_http_headers": _from(TROLLS)}
     host, troll = await open_viewer(server), await open_viewer(server, **proxied)
     assert await host.page.get_by_role("button", name="Host", exact=True).count() == 0
@@ -136,7 +136,7 @@ async def test_blanked_there_is_nothing_to_see(
 
 
 def _from(address: str) -> dict[str, str]:
-    """Return what a proxy says about whom it asks for."""
+    """Return a proxy's headers about the person for whom it asks."""
     return {"X-Forwarded-For": address}
 
 

@@ -1,4 +1,4 @@
-"""The audio-master policy: sound keeps its delay, the picture keeps to the sound."""
+"""The audio-master policy: sound keeps its delay, and the picture follows the sound."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 TOLERANCE_MS = 40.0
-"""A chosen delay is followed by both streams within it."""
+"""Both streams follow a chosen delay within this."""
 
 HELD_MS = 80.0
 """Above any browser's own delay of the picture, below the delay that 200 ms of sound needs."""
@@ -63,7 +63,7 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, delay_ms: int
 ) -> None:
     """Sound and picture wait as long as `audio_delay_ms` says, ± 40 ms, and stay in step."""
-    # The device's own delay is on top of it: as shipped, 500 ms is as long as a picture waits.
+    # The device's own delay comes on top: with shipped values, a picture waits at most 500 ms.
     chosen = f'player = "browser"\naudio_delay_ms = {delay_ms}.0\nmax_holdback_ms = 700.0'
     settings = toml.card_with(sync__observer=chosen)
     async with serve(tmp_path, settings) as server:
@@ -111,7 +111,7 @@ async def test_timing_is_switched_while_watching(
         viewer = await open_viewer(server)
         await viewer.listen()
         await held_back(server, viewer, "audio-master", HELD_MS)
-        await asyncio.sleep(2)  # until the sound's buffer has grown to what was chosen
+        await asyncio.sleep(2)  # until the sound's buffer has the chosen length
         await viewer.open("Settings")
         peers = await viewer.probe("peers()")
         viewer.forget()
@@ -137,7 +137,7 @@ async def test_timing_is_switched_while_watching(
 
 
 async def held_back(server: Server, viewer: Viewer, policy: str, least_ms: float) -> None:
-    """Wait until this policy holds the picture back by so much or more, by nothing for 0."""
+    """Wait until this policy holds the picture back by at least this much; for 0 by nothing."""
 
     async def holds() -> bool:
         (line,) = (await server.status())["viewers"]

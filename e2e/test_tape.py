@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from e2e.conftest import OpenViewer, Serve
 
 FRAME_MS: Final = 40.0
-"""A picture stands for that long where none is left out."""
+"""How long a picture lasts where none is left out."""
 ROUNDED_MS: Final = 2.0
 """A picture's stamp and its time in WebM are whole milliseconds."""
 RECORDING: Final = toml.card_with(recording="enabled = true\nmin_free_gb = 0.0\nnames = true")
@@ -45,7 +45,7 @@ def times_ms(media: Path) -> list[float]:
 
 
 async def reads_it_on_each_screen(viewer: Viewer) -> None:
-    """Find that the badge hides no word beside it, and that its sentence is whole."""
+    """Check that the badge hides no word, and that its sentence is complete."""
     as_it_was = viewer.page.viewport_size
     for width, height in ((360, 740), (844, 390), (1280, 800)):
         await viewer.resize(width, height)

@@ -1,4 +1,4 @@
-"""The baseline in a real browser: the thesis's codecs, acknowledged units, all in the queue."""
+"""The baseline in a real browser: the thesis's codecs, acknowledged units, nobody just watching."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CONFIG = Path(__file__).parents[1] / "config" / "thesis.toml"
 
 
 def thesis() -> str:
-    """Return the shipped file with the test card before it."""
+    """Return the shipped file with the test card prepended."""
     tree = tomllib.loads(CONFIG.read_text(encoding="utf-8"))
     tree["video"]["source"] = "testcard"  # its stamp is at the top, the overlay of the time below
     tree["audio"] = {"source": "testcard"}
@@ -30,7 +30,7 @@ def thesis() -> str:
 async def test_the_browser_plays_the_system_of_2004(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """µ-law and keyframes alone, each unit acknowledged, in step and half a second old.
+    """Only µ-law and keyframes, each unit acknowledged, in step and half a second old.
 
     Whoever opens the page drives or waits, without asking (thesis 3.1).
     """
@@ -43,7 +43,7 @@ async def test_the_browser_plays_the_system_of_2004(
             within_s=20,
         )
         assert await viewer.probe("codec('audio')") == "audio/PCMU"
-        await asyncio.sleep(3)  # until the browser's buffer has grown to the length of a unit
+        await asyncio.sleep(3)  # until the browser's buffer has the length of a unit
         viewer.forget()
         before = await viewer.inbound("video")
         cards = await viewer.cards(25)
@@ -58,6 +58,6 @@ async def test_the_browser_plays_the_system_of_2004(
         assert told["role"] == "operator"  # without having asked
         assert told["streams"]["sent"] > 60
         assert told["streams"]["lost"] == 0
-        # Half a second is the least that the policy allows, and that is what it is known for.
+        # The policy's lowest delay is half a second.
         ages_ms = sorted(card.age_ms for card in cards if card.valid)
         assert ages_ms[len(ages_ms) // 2] > 400

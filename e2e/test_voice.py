@@ -1,4 +1,4 @@
-"""A voice, from Chromium's microphone to the robot's speaker, and what keeps it out."""
+"""A voice, from Chromium's microphone to the robot's speaker, and what silences it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ speaker = "robot"
 
 
 own_ear = pytest_asyncio.fixture(sound_device, scope="module", loop_scope="session")
-"""For the browser that talks."""
+"""For the browser with the microphone."""
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
@@ -84,7 +84,7 @@ async def enter(
 async def test_the_operator_is_heard_until_the_key_is_released_or_the_host_mutes(
     talking: Browser, server: Server, tmp_path: Path
 ) -> None:
-    """The words of the microphone are those of the speaker, as the page says, while they drive."""
+    """While they drive, the speaker plays the microphone's words, and the page says so."""
     played = tmp_path / "said.wav"
     host = await enter(talking, server, is_host=True)
     viewer = await enter(talking, server)
@@ -127,7 +127,7 @@ async def test_whoever_may_speak_is_bound_to_no_address(server: Server) -> None:
 
 
 async def falls_silent(played: Path) -> None:
-    """Wait until nothing more is played for a second; a busy browser sends late what was said."""
+    """Wait until nothing more is played for a second; a busy browser sends late."""
 
     async def is_silent() -> bool:
         before = len(speech.read(played))
@@ -141,7 +141,7 @@ async def falls_silent(played: Path) -> None:
 async def test_who_speaks_does_not_hear_the_robot(
     talking: Browser, own_ear: Ear | None, open_viewer: OpenViewer, serve: Serve, tmp_path: Path
 ) -> None:
-    """Nothing comes back to who speaks, as the page says, while who watches hears their words."""
+    """The speaker hears no echo, as the page says, while an observer hears their words."""
     async with serve(tmp_path, ROBOT) as server:
         viewer = await enter(talking, server, ear=own_ear)
         await viewer.takes_the_wheel()

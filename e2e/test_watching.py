@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from e2e.measure.ear import Ear
 
 SILENT = 0.02
-"""Of the loudness at full volume."""
+"""A fraction of the loudness at full volume."""
 
 
 async def test_a_photo_is_what_is_seen(
     server: Server, open_viewer: OpenViewer, tmp_path: Path
 ) -> None:
-    """It is the picture in its own size, and none without one; fullscreen begins and ends."""
+    """A photo is the picture in its own size, and none exists without one; fullscreen works."""
     viewer = await open_viewer(server)
-    # It begins small and grows, and photo and picture are to be of one size.
+    # The picture starts small and grows, and the photo must have the same size.
     is_grown = "document.querySelector('video').videoWidth === 640"
     await eventually(
         lambda: viewer.page.evaluate(is_grown), "the picture is as large as it gets", within_s=30
@@ -69,9 +69,9 @@ async def loudness(viewer: Viewer) -> float:
 async def test_volume_and_mute_are_heard(
     server: Server, open_viewer: OpenViewer, ear: Ear | None
 ) -> None:
-    """Silent until Start; then softer is softer and muted is silent, and heard again at once.
+    """It is silent until Start; then softer is softer, muted is silent, and it comes back at once.
 
-    Switched off no sound is sent nor encoded, while the picture goes on.
+    Switched off, no sound is sent or encoded, while the picture continues.
     """
     viewer = await open_viewer(server)
     tap = needed(ear).tap()

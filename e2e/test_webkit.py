@@ -1,4 +1,4 @@
-"""WebKitGTK, as Debian has it: without WebRTC, it says so; with a connection, it has the layout."""
+"""Debian's WebKitGTK: without WebRTC it says so; with a mock connection the layout is right."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Never extends EventTarget {
 }
 window.RTCPeerConnection ??= Never;
 """
-"""A WebRTC that never connects: with it the browser is asked to lay out the page all the same."""
+"""A WebRTC that never connects, so that the browser lays out the page all the same."""
 
 
 async def test_what_is_missing_is_said(serve: Serve, tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ async def test_what_is_missing_is_said(serve: Serve, tmp_path: Path) -> None:
 
 
 async def test_the_layout_is_whole(serve: Serve, tmp_path: Path) -> None:
-    """The page of a browser that is still connecting runs out of none of the windows sideways."""
+    """The page of a browser that is still connecting fits all windows sideways."""
     async with (
         serve(tmp_path, toml.CARD) as server,
         _with_a_peer(server.url) as url,
@@ -72,7 +72,7 @@ async def test_the_layout_is_whole(serve: Serve, tmp_path: Path) -> None:
 
 @asynccontextmanager
 async def _with_a_peer(url: str) -> AsyncIterator[str]:
-    """Pass the server's page on, with `SILENT_PEER` before its own script; gives the address."""
+    """Forward the server's page, with `SILENT_PEER` before its own script; yield the address."""
     async with aiohttp.ClientSession() as http:
 
         async def passed_on(request: web.Request) -> web.Response:

@@ -111,7 +111,7 @@ class Driving:
         return unix_ms(end_s)
 
     async def other_network(self, without_s: tuple[float, float]) -> float:
-        """Change the browser machine's address, after `without_s` without one; return when it came."""
+        """Give the browser's machine another address after `without_s` without any; return when."""
         old, new = self.addresses
         self.addresses = new, old
         await self._ip("address", "del", f"{old}/24", "dev", DEVICE)
