@@ -174,7 +174,7 @@ async def test_only_the_packet_that_ends_a_unit_acknowledges_it(rig: Rig) -> Non
 
 
 async def test_the_page_is_told_which_packets_end_a_unit(rig: Rig) -> None:
-    """After the first unit the page knows one end, and that others are whole lengths away."""
+    """After the first unit the page knows where it ended; other ends are whole lengths away."""
     rig.streams.want(sound=True, picture=False, size=SIZE, policy=None)
     assert rig.streams.units is None
     left = await rig.capture(2.0)

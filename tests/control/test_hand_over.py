@@ -1,9 +1,9 @@
 """Turns, gate, stop and loop together, with events in any order and at the same instant.
 
-A crowd of viewers joins, drives, gets lost and returns, leaves, presses Stop and releases it, while
-commands of this and of older turns arrive late or at the very moment at which a turn ends. A driver
-logs its calls. Each command asks for a unique speed, so that the log shows for every motion whose
-it is and of which turn.
+A crowd of viewers joins, drives, loses the connection and returns, leaves, presses Stop and
+releases it, while commands of this and of older turns arrive late or at the very moment at which a
+turn ends. A driver logs its calls. Each command asks for a unique speed, so that the log shows
+whose each motion is, and of which turn.
 
 ``WAX_STEPS=100000`` runs the full length in a minute or two.
 """
@@ -114,7 +114,7 @@ class Crowd(Listener):
         self.lost: set[int] = set()
         self.stops = 0
         self.is_stopped = False
-        self.neutral_since_s: float | None = None  # when neutral was sent that counts
+        self.neutral_since_s: float | None = None  # when the neutral command that counts was sent
         self.hold_s = 0.0
         self.checked = 0
         self.last_apply_turn = 0
@@ -142,7 +142,7 @@ class Crowd(Listener):
         self.loop.step(self.clock.time_s)
 
     def do_expiry(self) -> None:
-        """Set the clock to the instant at which the turn ends; what then comes first varies."""
+        """Set the clock to the end of the turn; the event that then comes first varies."""
         ends_s = self.turns.ends_s
         if ends_s is not None and 0 <= ends_s - self.clock.time_s < TURN_S + MAX_PAUSE_S:
             self._drive_until(ends_s)
@@ -198,7 +198,7 @@ class Crowd(Listener):
         before = len(self.driver.told)
         number = self.loop.press_stop(says("somebody"), viewer=self._somebody())
         assert self.driver.told[before].what == "stop"
-        self.stops += not self.is_stopped  # pressing again makes no new number
+        self.stops += not self.is_stopped  # another press keeps the number
         assert number == self.stops
         self.is_stopped = True
 

@@ -51,7 +51,7 @@ def test_a_limit_of_zero_takes_its_part_away() -> None:
 
 
 def test_an_axis_stays_in_its_range() -> None:
-    """A position beyond -1…1 is clipped and one that is no number is the middle."""
+    """A position beyond -1…1 is clipped; one that is no number becomes the middle."""
     assert [unit(p) for p in (2.0, -7.0, 0.25, math.nan, math.inf)] == [1.0, -1.0, 0.25, 0.0, 0.0]
 
 

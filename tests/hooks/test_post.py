@@ -70,7 +70,7 @@ async def test_an_address_is_sent_as_it_is_written(receiver: Receiver, path: str
 async def test_a_connection_keeps_the_systems_receive_buffer(
     receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In a smaller one, a receiver's certificates take many round trips, and the limit is 10 s."""
+    """A smaller buffer takes many round trips for a receiver's certificates; the limit is 10 s."""
     sizes_bytes: list[int] = []
     made = ResponseHandler.connection_made
 
@@ -138,7 +138,7 @@ async def test_an_answer_that_drips_holds_nobody_up(receiver: Receiver, wants_an
 
 
 async def test_nobody_there_is_a_sentence() -> None:
-    """A refused connection is a sentence that says so."""
+    """If the connection is refused, the sentence says so."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         port = taken.getsockname()[1]
@@ -202,7 +202,7 @@ async def test_of_announcements_without_end_a_few_are_parsed(
 async def test_the_servers_own_port_is_never_reached(
     receiver: Receiver, host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Neither an address of this machine nor a name that resolves to one reaches the own port."""
+    """An address of this machine, or a name that resolves to one, never leads to our own port."""
     real = socket.getaddrinfo
 
     def look_up(name: str, *more: object) -> object:

@@ -36,7 +36,7 @@ def test_no_port_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_boards_with_the_same_identity_are_named_by_their_sockets(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Their common by-id link leads to whichever board was found last."""
+    """The by-id link that they share leads to whichever board was found last."""
     found = []
     for number, (name, vid, serial) in enumerate(
         (("A", 1, "A"), ("B", 1, "B"), ("S", None, None), ("S", None, None), *[("", 1, None)] * 2)

@@ -187,7 +187,7 @@ async def test_a_browser_that_changes_its_address_continues(
     home = next(iter(hub._paths)).host
 
     def received(number: int, data: bytes, _host: str, port: int) -> None:
-        if not data.startswith(b"\0\1"):  # not a check of its own
+        if not data.startswith(b"\0\1"):  # not one of ICE's checks
             receive(number, data, ELSEWHERE, port)
 
     def sent(path: LocalPath, data: bytes) -> None:
@@ -293,7 +293,7 @@ async def test_the_lane_learns_of_missing_redundancy(pair: Pair) -> None:
 async def test_a_sender_report_has_the_time_of_capture(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A sender report pairs now with the RTP time captured now, not sent now."""
+    """A sender report pairs its time with the RTP time of what is captured then, not sent then."""
     sender = pair.peer._picture
     wire = _wire(pair, monkeypatch)
     # The newest picture left just now and was captured a second ago.
@@ -421,7 +421,7 @@ async def test_a_closed_peer_is_freed_at_once(pair: Pair, state: str) -> None:
 
 
 async def test_no_keys_are_made_for_whoever_never_comes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Offers that nobody follows up end many at a time."""
+    """Peers whose browser never connects may end in great numbers at once."""
     made: list[object] = []
     make = private._stock_ssl_context
 

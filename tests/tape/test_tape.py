@@ -52,7 +52,7 @@ async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
 
 
 async def test_it_wants_the_best_picture_and_one_encoding_of_the_sound(rig: Rig) -> None:
-    """The tape subscribes like a viewer on a good link, and encoding that is its only cost."""
+    """The tape subscribes like a viewer on a good link; its only cost is that encoding."""
     assert rig.video.wanted == [rig.best]
     assert len(rig.audio.wanted) == 1
 

@@ -139,7 +139,7 @@ class Right:
 
 
 class _Remembers(Right):
-    """Keeps the newest set-point beside the rules, to break one of them."""
+    """Also keeps the newest set-point itself, so that a subclass can break a rule."""
 
     wanted = STANDSTILL
     turn = 0

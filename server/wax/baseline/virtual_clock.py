@@ -23,8 +23,8 @@ class VirtualClock:
         self._video_mu_ms = settings.video_mu_ms
         self._audio_mu_ms = settings.audio_mu_ms
         self._first = first
-        # It waited at most one MU length in the slot. The bound keeps a source that delivers it
-        # later than that after its capture from rolling the picture back without end.
+        # The first MU waited in the slot for at most one MU length. A source that delivers it much
+        # later after its capture must not roll the picture back without bound.
         self._rollback_s = min(max(now_s - first.captured_s, 0.0), 2 * first.duration_s)
         self.extra_s = 0.0
         """Roll-back beyond the clock's own, for a client that buffers more sound (5.3.1)."""

@@ -27,8 +27,8 @@ class WheelSpeeds:
 class WheelMixer:
     """Converts a twist for the robot's wheel base, trim and inversions.
 
-    No wheel turns faster than it does straight ahead or on the spot at the limits. If a curve needs
-    more, both wheels are slowed by one factor, so that the curve keeps its radius.
+    The fastest that a wheel turns is its speed straight ahead, or on the spot, at the limits. If a
+    curve needs more, both wheels are slowed by one factor, so that the curve keeps its radius.
     """
 
     def __init__(self, settings: RobotSettings) -> None:

@@ -77,9 +77,9 @@ _MAX_WAITING: Final = 128
 """Datagrams that aiortc has not read yet, as on the one port."""
 _COOKIE: Final = aioice.stun.COOKIE.to_bytes(4, "big")
 RELAY_AFTER_S: Final = 0.8
-"""Longer than aioice takes to retransmit a check, the first that two NATs let through."""
+"""Longer than aioice takes to retransmit a check: two NATs let only its second attempt through."""
 MOST_HELD: Final = 64
-"""Datagrams from the relay that are held: handled all at once, a flood would delay a Stop."""
+"""Datagrams from the relay to hold back: more, handled all at once, would delay a Stop."""
 _MAX_RSA_BITS: Final = 4096
 _MAX_RSA_EXPONENT: Final = 2**32
 """Real keys have 65537; an exponent of 3,072 bits takes OpenSSL 7 ms."""
@@ -190,8 +190,8 @@ _reach: ContextVar[Reach | None] = ContextVar("reach", default=None)
 def reached_by(reach: Reach) -> Iterator[None]:
     """Make peers created and answered inside reach the network this way.
 
-    It must cover the constructor and the making of the answer: aiortc makes a connection for each
-    section in either, and gathers at the end.
+    The block must contain the constructor and the making of the answer: in both aiortc makes a
+    connection for each section, and after the latter it gathers.
     """
     token = _reach.set(reach)
     try:

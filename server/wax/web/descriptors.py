@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 _OURS: Final = 128
 """Cameras, the robot, records and the event loop itself; most are open at the start."""
 _PER_VIEWER: Final = {"one-port": 4, "full-ice": 16}
-"""One for each path to a viewer's browser, of which two may be tried at once; or one for each of
-this machine's addresses, and for relays."""
+"""One-port: a socket for each path to a viewer's browser, two of which may be tried at once.
+Full ICE: a socket for each of this machine's addresses, and for relays."""
 _LEAST: Final = 16
 """The minimum of `[server] max_connections`."""
 _OPEN_MAX: Final = 10_240

@@ -119,7 +119,7 @@ class HangsInState(Good):
 
 
 class HangsInClose(Good):
-    """It also exits, so that it is closed again and again."""
+    """Its process also exits, so `close` hangs again and again."""
 
     def apply(self, twist: Twist, turn: int) -> None:
         sys.exit(4)

@@ -44,7 +44,7 @@ def test_a_server_that_dies_leaves_a_robot_that_stands(
 
 
 def test_a_frozen_server_stops_the_robot(server: Server, log: Log) -> None:
-    """A frozen server's silence stops the robot; later it must ask for standstill first."""
+    """A frozen server's silence stops the robot; afterwards it must first command standstill."""
     server.drive()
     frozen_s = server.signal(signal.SIGSTOP)
     assert log.stopped_s(frozen_s) - frozen_s < STOP_S
@@ -108,7 +108,7 @@ def patient(log: Log) -> Iterator[Server]:
 
 
 def test_without_the_watchdog_it_would_drive_on(patient: Server, log: Log) -> None:
-    """With a limit of a second a frozen server's robot moves on: the silence limit stops it."""
+    """With a limit of a second, a frozen server's robot moves on until that limit stops it."""
     patient.drive()
     frozen_s = patient.signal(signal.SIGSTOP)
     until(lambda: log.moves(frozen_s + 2 * STOP_S))

@@ -32,8 +32,8 @@ export interface CommandSenderOptions {
 const AGAIN_AFTER_MS = [45, 90] as const;
 const REST_AFTER_MS = 500;
 /**
- * A moving stick is sent at once no more often than this, and otherwise with the next set-point:
- * together they stay below the server's rate limit for a page.
+ * A moving stick is sent at once at most this often; in between it is sent with the next set-point.
+ * Both together stay below the server's rate limit for a page.
  */
 const DEFLECTED_EVERY_MS = 125;
 /** A timer this late means that the page hung or the computer slept. */

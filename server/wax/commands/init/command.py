@@ -41,7 +41,7 @@ def init(
     door: str | None = None,
     detect: Callable[[], Found] = detect,
 ) -> None:
-    """Write a configuration with which the server starts to `path`, which must not exist yet.
+    """Write to `path`, which must not exist yet, a configuration that the server accepts.
 
     `ask` asks a person; None takes the defaults. `port` is the robot's serial port, if it is not
     listed. `door` is the line that a door printed: it is added to an existing file, which is
@@ -166,7 +166,7 @@ def _check_starts(text: str, path: Path) -> None:
     clock = SystemClock()
     driver = make_driver(settings.robot, clock)
     audio = settings.audio
-    if audio.source == "auto":  # starts with a microphone and without
+    if audio.source == "auto":  # "auto" may find none
         audio = audio.model_copy(update={"source": "none"})
     make_sources(settings.video, audio, clock, driver)
     make_speaker(settings.voice, clock, driver)

@@ -1,7 +1,7 @@
 """The simulated robot with a person aboard, whose hand outranks the operator as on a real one.
 
-It runs in the server's process, as its camera does, and applies a driver process's rules there: no
-real person sits in it who would need it to outlive the server.
+It runs in the server's process, as its camera does, and applies a driver process's rules there: it
+need not outlive the server, since nobody real sits in it.
 """
 
 from __future__ import annotations
