@@ -1,1 +1,1 @@
-"""The effect of half and double of each constant of congestion control, in simulation."""
+"""The effect of halving and doubling each constant of congestion control, in simulation."""

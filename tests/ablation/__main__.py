@@ -1,8 +1,8 @@
-"""`python -m tests.ablation`: half and double of each constant, on simulated links.
+"""`python -m tests.ablation`: halves and doubles each constant, on simulated links.
 
-It prints a table and writes it to e2e/out/ablation/table.md; `--json` prints everything. What was
-measured of the same code is taken again from e2e/out. With `--trace` it measures recorded traces in
-the format of mahimahi instead, and changes no constant.
+It prints a table and writes it to e2e/out/ablation/table.md; `--json` prints everything. Results of
+the same code are reused from e2e/out. With `--trace` it measures recorded traces in mahimahi's
+format instead, and changes no constant.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def main() -> int:
 
 
 def phrases(constant: Constant, found: dict[str, Result]) -> dict[str, str]:
-    """Say what half and double of a constant change most."""
+    """Return in words what halving and doubling a constant change most."""
     chance = spread(found)
     before = base(found)
     return {name: effect(before, found[f"{constant.key} {name}"], chance) for name in FACTORS}

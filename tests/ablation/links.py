@@ -25,12 +25,12 @@ _TOP_BPS: Final = 1_120_000
 
 @dataclass(frozen=True, slots=True)
 class Measures:
-    """Of one viewer on one link, after the startup.
+    """The measures of one viewer on one link, after the startup.
 
-    `use` is what came, of what the link carries or the best rendition takes, 0 to 1. The ages are
-    the 95th percentiles of what is shown and of the sound's packets; `concealed` is a share of the
-    sound. `recovery_s` counts from the end of a disturbance until the rendition before is back,
-    or the run ends. None where there is nothing to measure.
+    `use` is what arrived, as a fraction (0 to 1) of what the link carries or the best rendition
+    takes. The ages are the 95th percentiles for the shown pictures and for the sound's packets;
+    `concealed` is a share of the sound. `recovery_s` counts from the end of a disturbance until the
+    previous rendition is back, or the run ends. None if there is nothing to measure.
     """
 
     use: float
@@ -72,7 +72,7 @@ def cellular(seed: int = 7, seconds: int = 60) -> Profile:
 
 
 def carried_bps(cell: Profile, from_s: float, until_s: float) -> float:
-    """Return the average share of the best rendition that a cell carries meanwhile."""
+    """Return the average share of the best rendition that a cell carries in this time."""
     changes = cell.down.changes
     rates = [change.rate_bps or 0 for change in changes if from_s <= change.at_s < until_s]
     return sum(min(rate_bps, _TOP_BPS) for rate_bps in rates) / len(rates)
@@ -91,7 +91,7 @@ def repeated_outages(rate_bps: int = 400_000, seconds: int = 130) -> Profile:
 
 
 def burst_loss() -> Profile:
-    """Return 8 Mbit/s that lose 3 % of the packets in bursts."""
+    """Return a link of 8 Mbit/s that loses 3 % of the packets in bursts."""
     return network(
         "8 Mbit/s, 3 % lost in bursts",
         rate_bps=8_000_000,
@@ -102,7 +102,7 @@ def burst_loss() -> Profile:
 
 
 def long_outage() -> Profile:
-    """Return 2 Mbit/s that are cut from 8 s to 12 s."""
+    """Return a link of 2 Mbit/s that is cut from 8 s to 12 s."""
     changes = [{"at_s": 8.0, "outage": True}, {"at_s": 12.0, "outage": False}]
     return network(
         "cut for 4 s", rate_bps=2_000_000, queue_ms=500.0, delay_ms=25.0, changes=changes
@@ -110,7 +110,7 @@ def long_outage() -> Profile:
 
 
 def longer_route() -> Profile:
-    """Return 2 Mbit/s whose route takes 80 ms more from 6 s on."""
+    """Return a link of 2 Mbit/s whose route takes 80 ms more from 6 s on."""
     changes = [{"at_s": 6.0, "delay_ms": 105.0}]
     return network(
         "a longer route", rate_bps=2_000_000, queue_ms=500.0, delay_ms=25.0, changes=changes
@@ -164,7 +164,7 @@ def measured(
 def _changes(
     allocations: list[tuple[float, Allocation]], wanted_bps: int, until_s: float
 ) -> list[tuple[float, bool]]:
-    """Return when the rendition fell below what is wanted and came back, at last `until_s`."""
+    """Return when the rendition fell below the wanted one and rose again, up to `until_s`."""
     out, is_below = [], False
     for at_s, allocation in [*allocations, (until_s, None)]:
         below = allocation is not None and _bitrate(allocation.step) < wanted_bps
@@ -222,7 +222,7 @@ def beside_download(
 def beside_viewer(
     seed: int, *, rate_bps: int = 800_000, begin_s: float = 5.0, run_s: float = 25.0
 ) -> tuple[Loop, Loop]:
-    """Run two viewers over one bottleneck, the second of whom comes later."""
+    """Run two viewers over one bottleneck; the second joins later."""
     link = shared(rate_bps)
     pipe = bottleneck(link, seed=seed, start_s=_START_S)
     first = Loop(link, down=Port(pipe), feedback_s=0.05, seed=seed)

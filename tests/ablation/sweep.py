@@ -30,7 +30,7 @@ FACTS: Final = {
     "wire_cost._HEADER_BYTES",
     "wire_cost._LAYER_SHARE",
 }
-"""Fixed by the wire, the codec or floats, and so not ours to choose."""
+"""Fixed by the wire, the codec or floating point, and therefore not ours to choose."""
 BOUNDS: Final = {
     "delivery_rate._MAX_PACKETS",
     "delivery_rate._MAX_DISPERSION_S",
@@ -45,7 +45,7 @@ BOUNDS: Final = {
     "send_history._KEPT_PACKETS",
     "upload_budget._REPEAT_SHARE",
 }
-"""Bounds of memory, of all links together, or against invalid input, that no link here reaches."""
+"""Bounds for memory, for all links together, or for invalid input, which no link here reaches."""
 ELSEWHERE: Final = {"estimator._REPORTS"}
 """Used only without feedback on the sound's packets, which all links here have."""
 
@@ -59,7 +59,7 @@ _HARNESS: Final = (
     "tests/sync/*_model.py",
 )
 _SEEDS: Final = 6
-"""Runs of each value, of which the means are compared, and which show what chance alone changes."""
+"""Runs of each value: their means are compared, and their spread is the effect of chance."""
 _NOTICEABLE: Final = {
     "use": (0.04, 0.0),
     "picture_ms": (15.0, 0.10),
@@ -76,12 +76,12 @@ def tuned() -> list[Constant]:
 
 
 def run(seed: int = 1) -> Result:
-    """Measure every link as it is."""
+    """Measure every link with the constants as they are."""
     return {name: case.measure(seed).as_dict() for name, case in CASES.items()}
 
 
 def run_with(key: str, factor: float) -> Result:
-    """Measure the means with one constant changed; nothing if the value makes no sense."""
+    """Measure the means with one constant changed; return nothing if the value makes no sense."""
     (constant,) = [one for one in constants() if one.key == key]
     with constant.set(constant.scaled(factor)), suppress(ArithmeticError):
         return means([run(seed) for seed in range(1, _SEEDS + 1)])
@@ -94,7 +94,7 @@ def base(found: dict[str, Result]) -> Result:
 
 
 def means(runs: list[Result]) -> Result:
-    """Return the mean of each measure over those runs that have it."""
+    """Return the mean of each measure over the runs that have it."""
     out: Result = {}
     for link, measures in runs[0].items():
         out[link] = {}
@@ -143,7 +143,7 @@ def effect(before: Result, after: Result, spread: Result) -> str:
 
 
 def spread(found: dict[str, Result]) -> Result:
-    """Return by how much chance alone changes each measure (standard deviation over seeds)."""
+    """Return how much chance alone changes each measure (standard deviation over seeds)."""
     out: Result = {}
     for link, measures in found["seed 1"].items():
         out[link] = {}

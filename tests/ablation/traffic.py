@@ -1,4 +1,4 @@
-"""Cross traffic on the same bottleneck, and recorded traces: what one viewer gets as it is."""
+"""Cross traffic on the same bottleneck, and recorded traces: what one viewer gets."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BEGIN_S, _END_S, _RUN_S = 10.0, 40.0, 70.0
 
 
 def cross_traffic(seed: int = 1) -> dict[str, list[dict[str, object]]]:
-    """Measure shares, delay and starvation beside a download, and beside a second viewer."""
+    """Measure shares, delay and starvation next to a download, and next to a second viewer."""
     return {
         "download": [_download(rate_bps, seed) for rate_bps in _RATES_BPS],
         "viewer": [_viewer(rate_bps, seed) for rate_bps in _THIN_BPS],
@@ -44,13 +44,13 @@ def over_traces(paths: Sequence[Path], seconds: float = 60.0) -> list[dict[str, 
 
 
 def rate_bps(loop: Loop, from_s: float, until_s: float) -> float:
-    """Return what came to a viewer; times from its own start."""
+    """Return the rate that a viewer received; times count from its own start."""
     came = sum(size for at_s, size in loop.record.came_bytes if from_s <= at_s < until_s)
     return 8 * came / (until_s - from_s)
 
 
 def starved_s(loop: Loop, from_s: float, until_s: float) -> float:
-    """Return for how long no picture was shown for a second or more."""
+    """Return for how long in all no picture was shown for a second or more."""
     shown = [from_s, *(at_s for at_s, _ in loop.record.shown if from_s <= at_s < until_s), until_s]
     shown.sort()
     gaps = [later - at for at, later in pairwise(shown)]

@@ -51,7 +51,7 @@ class Port:
         self._inside: deque[tuple[float, bytes]] = deque()
 
     def arrive(self, packet: bytes, now_s: float) -> None:
-        # A packet's fate is settled on arrival, so the only one inside is this.
+        # A packet's fate is decided on arrival, so this is the only one inside.
         self._shared.arrive(packet, now_s)
         self._inside.extend(self._shared.due(math.inf))
 
@@ -66,16 +66,16 @@ class Port:
 
 
 def bottleneck(network: Profile, *, seed: int, start_s: float) -> Direction:
-    """Return the way down of a network, for ports."""
+    """Return a network's downlink for ports."""
     shared = Direction(network.down, seed=seed, way="down", start_s=start_s)
     shared.start_changes(start_s)
     return shared
 
 
 class TcpDownload:
-    """A download without end: CUBIC (RFC 9438) with selective acknowledgements, from `begin_s` on.
+    """An endless download: CUBIC (RFC 9438) with selective acknowledgements, from `begin_s` on.
 
-    Acknowledgements come back after `back_s`, one a segment, and are never lost.
+    Acknowledgements come back after `back_s`, one per segment, and are never lost.
     """
 
     def __init__(
@@ -164,6 +164,6 @@ class TcpDownload:
         k_s = math.cbrt(self._max_window * (1 - _CUBIC_BETA) / _CUBIC_C)
         at_s = self.now_s - self._epoch_s + self._round_trip_s
         target = _CUBIC_C * (at_s - k_s) ** 3 + self._max_window
-        # At least what Reno would do (RFC 9438, 4.3).
+        # At least as much as Reno would send (RFC 9438, 4.3).
         reno = 3 * (1 - _CUBIC_BETA) / (1 + _CUBIC_BETA) / self._window
         self._window += max((min(target, 1.5 * self._window) - self._window) / self._window, reno)

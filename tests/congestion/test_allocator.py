@@ -1,4 +1,4 @@
-"""The allocator alone: it picks the best that fits, rarely changes, and never less if faster."""
+"""The allocator alone: it picks the best that fits, changes rarely, and never less if faster."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_it_begins_small_while_nothing_is_known() -> None:
     ],
 )
 def test_each_rate_has_its_step(rate_bps: float, name: str) -> None:
-    """The best step that fits into 85 % of the rate beside the sound, whole."""
+    """The best step is sent that fits, with all layers, into 85 % of the rate after the sound."""
     allocation = Viewer().run(20, rate_bps)[-1]
     assert allocation.step is not None
     assert allocation.step.name == name
@@ -102,7 +102,7 @@ def test_each_rate_has_its_step(rate_bps: float, name: str) -> None:
 @examples(60)
 @given(st.floats(60e3, 5e6))
 def test_what_is_chosen_fits(rate_bps: float) -> None:
-    """Sound and picture together take no more than what was left of the rate."""
+    """Sound and picture together take no more than the rate that was left."""
     allocation = Viewer().run(20, rate_bps)[-1]
     assert _takes_bps(allocation, rate_bps) + 4000 <= 1.1 * rate_bps
     if allocation.step != STEPS[-1]:
@@ -175,7 +175,7 @@ def test_a_step_of_which_nothing_fits_is_left_at_once() -> None:
 
 
 def test_no_keyframe_is_asked_for_into_a_full_queue() -> None:
-    """While the queue is long only the lowest layer is left; the new step begins after it."""
+    """While the queue is long only the lowest layer is sent; then the new step begins."""
     viewer = Viewer()
     viewer.run(10, 2e6)
     allocation = viewer.run(1.0, 270e3, state="congested", queue_ms=400.0)[-1]
@@ -248,7 +248,7 @@ def test_a_picture_now_and_then_is_kept() -> None:
 
 
 def test_a_try_asks_for_no_more_than_the_lowest_layer() -> None:
-    """A trial sends only the lowest layer, whatever rate is assumed for it."""
+    """A trial sends only the lowest layer, whatever rate it assumes."""
     viewer = Viewer()
     viewer.run(5, 60e3)
     while not viewer.run(0.1, 15e3)[0].tries:
@@ -262,7 +262,7 @@ def test_a_try_asks_for_no_more_than_the_lowest_layer() -> None:
     [(26e3, 120), (45e3, 60), (100e3, 60), (140e3, 40), (250e3, 20), (5e6, 20)],
 )
 def test_the_sound_leaves_two_thirds_to_the_picture(rate_bps: float, mu_ms: int) -> None:
-    """The best that takes a third at most; units above 60 ms only where no picture fits."""
+    """The best sound that takes a third at most; units above 60 ms only where no picture fits."""
     allocation = Viewer().run(10, rate_bps)[-1]
     assert allocation.sound is not None
     assert allocation.sound.mu_ms == mu_ms
@@ -282,7 +282,7 @@ def test_shorter_units_are_sent_where_they_may_be(rate_bps: float, mu_ms: int) -
     [(45e3, (60, 1)), (140e3, (40, 1)), (200e3, (40, 2)), (250e3, (20, 1)), (5e6, (20, 2))],
 )
 def test_a_link_with_room_carries_two_channels(rate_bps: float, encoding: tuple[int, int]) -> None:
-    """Stereo where it fits, the shorter packets first, and mono on a thin link."""
+    """Stereo where it fits, preferably with shorter packets, and mono on a thin link."""
     stereo = [SoundEncoding(20, 56_000, 2), SOUNDS[0], SoundEncoding(40, 40_000, 2), *SOUNDS[1:]]
     viewer = Viewer(Allocator(STEPS, stereo))
     viewer.channels = 2
@@ -326,12 +326,12 @@ def test_without_sound_the_picture_has_it_all() -> None:
     ("lost", "burst", "redundancy"), [(0.004, 2, 0), (0.01, 1, 1), (0.05, 2, 2), (0.2, 9, 3)]
 )
 def test_loss_is_answered_by_sending_sound_again(lost: float, burst: int, redundancy: int) -> None:
-    """From 0.5 % loss, each packet repeats as many earlier units as are lost in a row."""
+    """From 0.5 % loss on, each packet repeats as many earlier units as are lost in a row."""
     assert Viewer().run(1, 5e6, lost=lost, burst=burst)[-1].redundancy == redundancy
 
 
 def test_sound_is_not_sent_again_where_that_costs_the_picture() -> None:
-    """On a modem line loss changes nothing: sound takes its third already."""
+    """On a modem line loss changes nothing: the sound already takes its third."""
     allocation = Viewer().run(10, 50e3, lost=0.05, burst=2)[-1]
     assert allocation.redundancy == 0
     assert allocation.step == STEPS[-1]
@@ -345,7 +345,7 @@ def test_a_browser_without_redundancy_gets_none() -> None:
 
 
 def test_redundancy_stays_a_while() -> None:
-    """After the last loss sound is sent again for 10 s more."""
+    """After the last loss, sound is repeated for 10 s more."""
     viewer = Viewer()
     viewer.run(5, 5e6, lost=0.05, burst=2)
     allocations = viewer.run(12, 5e6)
@@ -368,7 +368,7 @@ def test_a_smaller_picture_is_given_where_asked_for() -> None:
 
 
 def test_steps_without_layers_are_changed_whole() -> None:
-    """H.264 has nothing to cut, so a rate that falls changes the step in the same decision."""
+    """H.264 has no layers to drop, so a falling rate changes the step in the same decision."""
     viewer = Viewer(Allocator([replace(step, layers=0) for step in STEPS], SOUNDS))
     viewer.run(10, 2e6)
     allocation = viewer.run(0.1, 950e3)[-1]

@@ -88,7 +88,7 @@ def test_a_swap_does_not_wait() -> None:
 
 
 def test_too_much_too_often_waits_longer() -> None:
-    """On a link where they fit only until they are sent, trials become ever rarer."""
+    """If they fit only until they are sent, trials become ever rarer."""
     viewer = Viewer(SMALL)
     begun = 0
     was_sent = False
@@ -115,7 +115,7 @@ def test_too_much_too_often_waits_longer() -> None:
 def test_never_more_than_is_left_or_kept(
     history: list[tuple[list[Step], float, float, float]],
 ) -> None:
-    """Whatever is wished for, what is sent fits what the driving view leaves."""
+    """Whatever is wished for, what is sent fits into what the driving view leaves."""
     choice = CameraChoice()
     for at, (wish, left_bps, kept_bps, rate_bps) in enumerate(history):
         wishes = [wish, SMALL]

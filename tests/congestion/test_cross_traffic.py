@@ -1,4 +1,4 @@
-"""Several flows over one bottleneck, and cells whose rate walks: what each viewer is left with."""
+"""Several flows over one bottleneck, and cells whose rate walks: what each viewer gets."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LADDER = [*default_steps(), None]
 
 
 def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
-    """The model of TCP fills the link alone, and leaves a second one no less than a third."""
+    """The TCP model fills the link alone, and leaves a second flow at least a third."""
     link = network("shared", rate_bps=2_000_000, queue_ms=100.0, delay_ms=20.0)
     pipe = bottleneck(link, seed=1, start_s=100.0)
     first = TcpDownload(Port(pipe), back_s=0.02, begin_s=100.0)
@@ -29,9 +29,10 @@ def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
 @pytest.mark.parametrize("seed", [1, *at_length(*range(2, 7))])
 @pytest.mark.parametrize("link_bps", [400_000, *at_length(800_000, 2_000_000)])
 def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
-    """Whoever comes later ends at the same step of the ladder or the next, and neither starves.
+    """The later viewer ends at the same step of the ladder or the next, and neither starves.
 
-    Of a thin bottleneck a step less is half the share, and stays so where no whole step more fits.
+    On a thin bottleneck the next smaller step is half the share, and stays where no larger step
+    fits.
     """
     first, second = beside_viewer(seed, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
     steps = [LADDER.index(one.record.changes()[-1][1]) for one in (first, second)]
@@ -47,9 +48,9 @@ def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
 
 @pytest.mark.parametrize("link_bps", [1_000_000, *at_length(3_000_000)])
 def test_a_download_never_silences_a_viewer(link_bps: int) -> None:
-    """Beside a download that fills the queue the sound comes, no later than the queue is long."""
+    """During a download that fills the queue, sound is at most as late as the queue is long."""
     loop, download = beside_download(1, rate_bps=link_bps, begin_s=6.0, end_s=20.0, run_s=20.0)
-    own_ms = 20 + 24  # the way, and the length of a packet of sound
+    own_ms = 20 + 24  # the route's delay, and the length of a packet of sound
     assert loop.record.sound_ms(8.0, 20.0, 1.0) <= own_ms + 300
     assert len([at_s for at_s, _ in loop.record.sounds if 8.0 <= at_s < 20.0]) >= 0.9 * 12 / 0.12
     assert download.rate_bps(110.0, 120.0) >= 0.9 * link_bps
@@ -57,7 +58,7 @@ def test_a_download_never_silences_a_viewer(link_bps: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, *at_length(*range(2, 7))])
 def test_a_picture_returns_after_a_download_on_a_modem_line(seed: int) -> None:
-    """It leaves the estimate at what the sound takes, which nothing but a try can raise."""
+    """The download leaves the estimate at the sound's rate, which only a trial can raise."""
     modem = load("modem-56k")
     pipe = bottleneck(modem, seed=seed, start_s=100.0)
     loop = Loop(modem, down=Port(pipe), feedback_s=0.05, seed=seed)
@@ -69,7 +70,7 @@ def test_a_picture_returns_after_a_download_on_a_modem_line(seed: int) -> None:
 
 @pytest.mark.parametrize("link_bps", [24_000, *at_length(28_000)])
 def test_tries_delay_no_sound_for_long(link_bps: int) -> None:
-    """Where the link carries the sound and no more, a picture is tried, seldom and briefly."""
+    """If the link carries only the sound, a picture is tried seldom and briefly."""
     link = network("thin", rate_bps=link_bps, queue_ms=1500.0, delay_ms=60.0)
     loop = Loop(link, feedback_s=0.05)
     loop.run(60)
@@ -78,7 +79,7 @@ def test_tries_delay_no_sound_for_long(link_bps: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, *at_length(2, 3)])
 def test_a_cell_is_followed(seed: int) -> None:
-    """While the rate walks between 0.15 and 6 Mbit/s pictures go on, soon, and most is used."""
+    """While the rate walks from 0.15 to 6 Mbit/s, pictures stay fresh and most of it is used."""
     cell = cellular(seed=seed, seconds=30)
     loop = Loop(cell, feedback_s=0.05)
     loop.run(30)

@@ -23,7 +23,7 @@ FEEDBACK_S = 0.1
 
 
 class Sound:
-    """Sound of 50 packets a second that arrives as `late_s` and `lost` say."""
+    """Sound of 50 packets a second that arrives according to `late_s` and `lost`."""
 
     def __init__(self, size_bytes: int = 140, *, clock_s: float = 1000.0) -> None:
         self.estimator = LinkEstimator()
@@ -40,7 +40,7 @@ class Sound:
         lost: Callable[[int], bool] = lambda _: False,
         told: bool = True,
     ) -> LinkEstimate:
-        """Send for a while; what is late holds back what comes after it."""
+        """Send for a while; a late packet holds back those after it."""
         latest_s = -math.inf
         start_s = self.now_s
         while self.now_s < start_s + seconds - 1e-9:
@@ -58,7 +58,7 @@ class Sound:
 
 
 def test_nothing_is_known_at_first() -> None:
-    """Before any feedback the rate is the assumed one, and it says so."""
+    """Before any feedback the rate is the assumed one, and the estimate says so."""
     estimate = LinkEstimator().estimate(5.0)
     assert estimate.rate_bps == STARTING_RATE_BPS
     assert estimate.assumed
@@ -74,7 +74,7 @@ def test_what_was_sent_in_the_last_second_is_used() -> None:
 
 
 def test_a_stall_is_no_congestion() -> None:
-    """What a pause of 150 ms holds and lets go leaves the rate, and no queue is told."""
+    """A pause of 150 ms, and the burst after it, change no rate and report no queue."""
     sound = Sound()
     sound.run(2.0)
 
@@ -88,7 +88,7 @@ def test_a_stall_is_no_congestion() -> None:
 
 
 def test_a_growing_queue_is_found_in_two_feedbacks() -> None:
-    """Sound that comes at half its rate is congestion after 200 ms, at nine tenths of what came."""
+    """Sound arriving at half its rate is congestion after 200 ms, at 0.9 of what arrives."""
     sound = Sound()
     sound.run(5.0)
     sound.run(0.2, late_s=lambda at_s: at_s)
@@ -99,7 +99,7 @@ def test_a_growing_queue_is_found_in_two_feedbacks() -> None:
 
 
 def test_a_queue_that_has_emptied_is_forgotten() -> None:
-    """Once packets come in time again the link is steady, without a queue."""
+    """Once packets arrive in time again the link is steady, without a queue."""
     sound = Sound()
     sound.run(5.0)
     sound.run(0.5, late_s=lambda at_s: at_s)
@@ -109,7 +109,7 @@ def test_a_queue_that_has_emptied_is_forgotten() -> None:
 
 
 def test_a_try_assumes_more_than_is_used() -> None:
-    """Where the rate has fallen below what comes through, a try takes half more than that."""
+    """If the rate has fallen below what arrives, a trial assumes half more than arrives."""
     sound = Sound()
     sound.run(5.0)
     fallen = sound.run(0.5, late_s=lambda at_s: at_s)
@@ -123,7 +123,7 @@ def test_a_try_assumes_more_than_is_used() -> None:
 
 
 def test_a_longer_way_is_no_queue() -> None:
-    """A new route that takes 80 ms more is taken for what it is within 5 s."""
+    """A new route that takes 80 ms longer is recognised as such within 5 s."""
     sound = Sound()
     sound.run(5.0)
     estimate = sound.run(5.0, late_s=lambda _: 0.08)
@@ -132,7 +132,7 @@ def test_a_longer_way_is_no_queue() -> None:
 
 
 def test_a_drift_of_the_clocks_is_no_queue() -> None:
-    """Clocks that part by 100 ppm for two minutes look like at most 5 ms."""
+    """Clocks that drift apart by 100 ppm for two minutes look like at most 5 ms of queue."""
     sound = Sound()
     sound.run(5.0)
     estimate = sound.run(120.0, late_s=lambda at_s: at_s * 100e-6)
@@ -142,7 +142,7 @@ def test_a_drift_of_the_clocks_is_no_queue() -> None:
 
 
 def test_jitter_is_what_most_of_the_sound_needs() -> None:
-    """Of sound that is late by up to 40 ms, 99 of 100 come within 40."""
+    """If sound is late by up to 40 ms, the jitter covers 99 of 100 packets within 40 ms."""
     sound = Sound()
     numbers = iter(range(10**6))
     estimate = sound.run(8.0, late_s=lambda _: (next(numbers) * 7 % 41) / 1000)
@@ -158,7 +158,7 @@ def test_a_queue_does_not_widen_the_jitter_for_long() -> None:
 
 
 def test_random_loss_leaves_the_rate() -> None:
-    """5 % that are lost in rows of two are told, and cost no rate."""
+    """5 % lost in rows of two are reported, and cost no rate."""
     estimate = Sound().run(30.0, lost=lambda number: number % 40 < 2)
     assert estimate.rate_bps == STARTING_RATE_BPS
     assert estimate.lost == pytest.approx(0.05, abs=0.01)
@@ -166,7 +166,7 @@ def test_random_loss_leaves_the_rate() -> None:
 
 
 def test_much_loss_lowers_the_rate() -> None:
-    """Where every second packet is lost the rate falls, but in 0.7 s to no less than half."""
+    """If every second packet is lost the rate falls, but in 0.7 s to no less than half."""
     sound = Sound()
     sound.run(10.0)
     rates = [sound.run(0.1, lost=lambda number: number % 2 == 0).rate_bps for _ in range(40)]
@@ -175,7 +175,7 @@ def test_much_loss_lowers_the_rate() -> None:
 
 
 def test_silence_is_told_and_ends_with_the_next_feedback() -> None:
-    """Half a second without a word is blind; the rate stays, and a word ends it."""
+    """Half a second without feedback is blind; the rate stays, and the next feedback ends it."""
     sound = Sound()
     sound.run(5.0)
     assert sound.run(0.4, told=False).state != "blind"
@@ -186,14 +186,14 @@ def test_silence_is_told_and_ends_with_the_next_feedback() -> None:
 
 
 def test_who_sends_nothing_is_not_blind() -> None:
-    """FeedbackTimeout is only where something was sent that could be answered."""
+    """Feedback is overdue only if something was sent that could be answered."""
     sound = Sound()
     sound.run(5.0)
     assert sound.estimator.estimate(sound.now_s + 60).state == "steady"
 
 
 def test_who_is_not_told_of_what_is_sent_is_not_blind() -> None:
-    """A stream that the browser does not tell of is no reason to wait for feedback."""
+    """A stream without feedback is no reason to wait for feedback."""
     sound = Sound()
     sound.run(5.0)
     for tick in range(500):
@@ -202,7 +202,7 @@ def test_who_is_not_told_of_what_is_sent_is_not_blind() -> None:
 
 
 def test_a_queue_that_nobody_tells_of_any_more_is_none() -> None:
-    """Congestion ends 3 s after the last packet that the browser would have told of."""
+    """Congestion ends 3 s after the last packet that feedback could have reported."""
     sound = Sound()
     sound.run(5.0)
     assert sound.run(0.5, late_s=lambda at_s: at_s).state == "congested"
@@ -220,7 +220,7 @@ def test_long_round_trips_blind_nobody() -> None:
 
 
 def test_after_a_long_silence_it_begins_carefully() -> None:
-    """What was known of a fast link before ten silent seconds is not used after them."""
+    """After ten silent seconds the earlier rate of a fast link is not used."""
     estimator = LinkEstimator()
     now_s = _climb(estimator)
     assert estimator.estimate(now_s).rate_bps > 2e6
@@ -235,8 +235,8 @@ def test_after_a_long_silence_it_begins_carefully() -> None:
 def _climb(estimator: LinkEstimator, *, ends_alone: bool = False) -> float:
     """Send pictures over a perfect link until the rate is known to be high.
 
-    With `ends_alone` only the first and the last packet of each are told of, and a picture is left
-    out after each.
+    With `ends_alone` feedback reports only the first and the last packet of each picture, and a
+    picture is left out after each.
     """
     now_s = 1.0
     for _ in range(20):
@@ -256,7 +256,7 @@ def _climb(estimator: LinkEstimator, *, ends_alone: bool = False) -> float:
 
 
 def test_a_stream_that_joins_changes_no_estimate() -> None:
-    """A camera that begins later, or a sound without feedback, leaves what is known of the link."""
+    """A camera that starts later, or sound without feedback, changes nothing known of the link."""
     estimator = LinkEstimator()
     estimator.negotiated(has_feedback=True, kind="video")
     now_s = _climb(estimator)
@@ -267,14 +267,14 @@ def test_a_stream_that_joins_changes_no_estimate() -> None:
 
 
 def test_marks_on_a_few_packets_cost_no_rate() -> None:
-    """Where only the ends of a train are told of, what left between them counts all the same."""
+    """If feedback reports only the ends of a train, the packets between them count all the same."""
     estimator = LinkEstimator()
     now_s = _climb(estimator, ends_alone=True)
     assert estimator.estimate(now_s).rate_bps > 1e6
 
 
 def test_a_lost_feedback_at_the_start_is_no_error() -> None:
-    """A slow train lowers the rate, also where nothing is told of the one after it."""
+    """A slow train lowers the rate, even if nothing is reported of the next one."""
     estimator, now_s, told = LinkEstimator(), 1.0, []
     for picture in range(3):
         train = estimator.plan_train(4000, now_s)
@@ -290,7 +290,7 @@ def test_a_lost_feedback_at_the_start_is_no_error() -> None:
 
 @given(st.integers(1, 200_000), st.floats(0, 100))
 def test_a_picture_never_delays_sound_for_long(size_bytes: int, now_s: float) -> None:
-    """If the link carries just the rate, a picture's pace puts it 50 ms behind at most."""
+    """If the link carries just the rate, a picture's pace queues 50 ms at most."""
     estimator = LinkEstimator()
     rate_bps = estimator.estimate(now_s).rate_bps
     train = estimator.plan_train(size_bytes, now_s)
@@ -379,7 +379,7 @@ def test_lies_are_bounded(trace: list[tuple[str, object, float]], sound_has_feed
 
 
 def test_whoever_loses_everything_costs_no_memory() -> None:
-    """Feedback that nothing arrives, for ever, leaves as much behind after 200 s as after 100."""
+    """Endless feedback that nothing arrives takes as much memory after 200 s as after 100."""
     estimator, sizes = LinkEstimator(), []
     for number in range(20_000):
         now_s = number / 100

@@ -1,4 +1,4 @@
-"""The parts of the estimator against the plain way to compute the same."""
+"""The parts of the estimator, compared with a plain way to compute the same."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ steps = st.lists(st.tuples(st.floats(0.001, 0.5), st.integers(1, 1500)), min_siz
 def test_the_log_counts_what_left_between(
     trace: list[tuple[float, int]], after_s: float, more_s: float
 ) -> None:
-    """The bytes between two moments are those that were added later than one, by the other."""
+    """The bytes between two moments are those added after the first, up to the second."""
     log, now_s, sent = SendHistory(), 0.0, []
     for pause_s, size_bytes in trace:
         now_s += pause_s
@@ -43,7 +43,7 @@ def test_the_log_is_bounded() -> None:
 def test_the_queue_now_is_that_of_a_link_of_the_rate(
     trace: list[tuple[float, int]], rate_bps: float
 ) -> None:
-    """From the wait of any one packet follows the queue that the whole trace leaves."""
+    """The wait of any one packet gives the queue that the whole trace leaves."""
     log, now_s, free_s, joined = SendHistory(), 0.0, 0.0, []
     for pause_s, size_bytes in trace:
         now_s += pause_s
@@ -58,7 +58,7 @@ def test_the_queue_now_is_that_of_a_link_of_the_rate(
 
 @given(st.lists(st.floats(0, 2), min_size=1, max_size=300))
 def test_jitter_is_the_quantile_above_the_least(ways_s: list[float]) -> None:
-    """Sorted, it is the value at 99 %, less the first."""
+    """It is the value at 99 % of the sorted ways, minus the first."""
     jitter = Jitter()
     for number, way_s in enumerate(ways_s):
         jitter.add(way_s, number / 50)
@@ -68,7 +68,7 @@ def test_jitter_is_the_quantile_above_the_least(ways_s: list[float]) -> None:
 
 
 def test_jitter_forgets_after_8_s() -> None:
-    """What was late 9 s ago is not bridged any more."""
+    """A packet that was late 9 s ago no longer counts."""
     jitter = Jitter()
     jitter.add(0.0, 0.0)
     jitter.add(0.5, 0.1)
@@ -79,7 +79,7 @@ def test_jitter_forgets_after_8_s() -> None:
 
 
 def test_a_full_link_shows_its_rate_through_a_stall() -> None:
-    """Packets that leave a full queue at 1 Mbit/s show it, also where one was held for 150 ms."""
+    """Packets that leave a full queue at 1 Mbit/s show it, even if one was held for 150 ms."""
     rate = DeliveryRate()
     arrived_s = 0.0
     for number in range(40):
@@ -89,7 +89,7 @@ def test_a_full_link_shows_its_rate_through_a_stall() -> None:
 
 
 def test_a_link_with_pauses_shows_nothing() -> None:
-    """Packets that nobody was before say nothing of the rate."""
+    """Packets with none before them in the queue say nothing about the rate."""
     rate = DeliveryRate()
     for number in range(40):
         rate.add(Arrival(number * 0.02, number * 0.02, 1000 * number), base_s=0.0)
@@ -103,7 +103,7 @@ def _train(sent_in_s: float, came_in_s: float) -> list[Arrival]:
 
 @given(st.integers(1, 200), st.floats(2e4, 2e7))
 def test_even_trains_show_the_rate(count: int, rate_bps: float) -> None:
-    """Packet trains that all came at the rate bound it from below."""
+    """Packet trains that all arrived at the rate bound it from below."""
     dispersion = DispersionEstimator()
     for number in range(count):
         dispersion.add(_train(0.001 / 2e7, 20_000 / rate_bps), number / 30)
@@ -119,7 +119,7 @@ def test_noisy_paths_weaken_what_trains_show() -> None:
 
 
 def test_a_compressed_train_shows_its_pace_at_most() -> None:
-    """What comes all at once was held on the way; the link is as fast as it left, no faster."""
+    """A train that arrives all at once was held up; the link is shown to be as fast as it left."""
     dispersion = DispersionEstimator()
     dispersion.add(_train(0.02, 0.0), 0.0)
     assert dispersion.min_bps(0.0, startup=False) == pytest.approx(1e6)
@@ -135,7 +135,7 @@ def test_a_compressed_train_shows_its_pace_at_most() -> None:
 def test_the_queue_is_what_each_datagram_would_find(
     sent: list[tuple[float, int]], newest: int, queued_s: float, later_s: float, rate_bps: float
 ) -> None:
-    """One after the other, each waits for those before it."""
+    """Each packet waits for those before it."""
     history, now_s = SendHistory(), 100.0
     left: list[tuple[float, int]] = []
     for pause_s, size in sent:

@@ -31,7 +31,7 @@ def _estimate(
 def _marked(
     sampling: FeedbackSampling, seconds: float, pictures_hz: float | None = 30.0
 ) -> list[str]:
-    """Send sound each 20 ms, and pictures of three packets; return what was marked."""
+    """Send sound each 20 ms, and pictures of three packets; return which were marked."""
     found, train, next_s = [], 0, 0.0
     for tick in range(round(seconds * 50)):
         now_s = 100 + tick / 50

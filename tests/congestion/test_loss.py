@@ -9,7 +9,7 @@ from wax.congestion.loss import LossBasedControl
 
 
 def test_it_rises_slowly_and_falls_with_what_is_lost() -> None:
-    """Without loss it grows by 8 % a second; half lost is a quarter less at once."""
+    """Without loss the rate grows by 8 % a second; losing half costs it a quarter at once."""
     rate = LossBasedControl()
     for second in range(11):
         rate.reported(0.0, float(second))
@@ -29,7 +29,7 @@ def test_a_little_loss_is_let_be() -> None:
 
 @given(st.lists(st.floats(0, 1), max_size=60))
 def test_whatever_is_lost_it_stays_in_its_bounds(shares: list[float]) -> None:
-    """No report takes it out of 30 kbit/s to 20 Mbit/s."""
+    """No report takes the rate out of 30 kbit/s to 20 Mbit/s."""
     rate = LossBasedControl()
     for second, lost in enumerate(shares):
         rate.reported(lost, float(second))

@@ -28,7 +28,7 @@ def test_a_datagram_takes_its_time() -> None:
 
 
 def test_sound_goes_on_the_debt() -> None:
-    """Sound spends without asking, and the picture waits for all of it."""
+    """Sound is sent without waiting, and the picture waits for all of it."""
     pacer = Pacer(50_000)
     for packet in range(5):
         pacer.spend(150, packet * 0.001)
@@ -104,5 +104,5 @@ def test_no_more_leaves_than_the_rate(trace: list[tuple[float, int]], rate_bps: 
 
 
 def test_a_train_is_spread_at_its_pace() -> None:
-    """1250 bytes at 1 Mbit/s leave 10 ms to the next."""
+    """1250 bytes at 1 Mbit/s put the next picture packet 10 ms later."""
     assert gap_s(1250, 1e6) == pytest.approx(0.010)

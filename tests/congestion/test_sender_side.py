@@ -56,7 +56,7 @@ class Line:
 
 
 def test_files_take_a_quarter_of_a_free_link() -> None:
-    """Several at once share it; behind a queue they wait until it is gone, but 5 s at most."""
+    """Several files share it; behind a queue they wait until it is gone, but 5 s at most."""
     line = Line(40e3)
     line.run(5.0, 400)
     line.now_s += 10.0
@@ -81,7 +81,7 @@ def test_a_slow_link_lets_as_many_go_as_it_carries() -> None:
     line = Line(200e3)
     line.run(8.0, 1000)
     carried = line.run(8.0, 1000)
-    assert 40 <= carried <= 180  # of 250; 200 kbit/s less the sound are 19 a second
+    assert 40 <= carried <= 180  # of 250; 200 kbit/s minus the sound are 19 a second
     assert line.control.estimate(line.now_s).queue_ms < 150
     assert line.looks > 80
 
@@ -120,7 +120,7 @@ def test_another_link_is_found_out_anew() -> None:
 
 
 def test_another_link_has_the_feedback_that_was_agreed() -> None:
-    """A browser without feedback is not waited for on the new link either."""
+    """On the new link a browser without feedback is not waited for either."""
     control = SenderSideControl(lambda _estimate, _now_s: None)
     control.negotiated(has_feedback=False, kind="audio")
     control.negotiated(has_feedback=False)
@@ -150,7 +150,7 @@ def test_what_others_take_is_counted() -> None:
 
 
 def _repeated(line: Line, first_bytes: int) -> int:
-    """Ask 1000 times in a second, each after so much was sent first; return the bytes granted."""
+    """Ask 1000 times in a second, each after sending so much first; return the bytes granted."""
     granted = 0
     for _ in range(1000):
         line.now_s += 0.001
@@ -206,7 +206,7 @@ def test_a_full_link_gets_no_retransmissions() -> None:
 
 
 def test_a_browser_that_tells_of_no_arrivals_is_served_by_its_losses() -> None:
-    """Without transport-wide feedback on either stream the rate follows what is lost."""
+    """Without transport-wide feedback on either stream the rate follows the losses."""
     control = SenderSideControl(lambda _estimate, _now_s: None)
     control.negotiated(has_feedback=False)
     before = control.estimate(100.0)

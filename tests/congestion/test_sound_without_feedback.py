@@ -1,4 +1,4 @@
-"""A browser with feedback on the picture's packets only, as Firefox 140, over the lab's links."""
+"""A browser with feedback on pictures only, such as Firefox 140, over the emulated links."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ HEADERS_BYTES = 60
 BACK_S = 0.03
 FEEDBACK_S = 0.1
 REPORT_S = 5.0
-"""Between two receiver reports on sound in libwebrtc."""
+"""The time between two receiver reports on sound in libwebrtc."""
 
 
 class Viewer:
-    """Sound at once, pictures when the pacer lets them; feedback is never late, only untold."""
+    """Sends sound at once, and pictures when the pacer lets them; its feedback is never late."""
 
     def __init__(self, network: Profile, *, sound_has_feedback: bool) -> None:
         self.control = SenderSideControl(self._decide)
@@ -68,7 +68,7 @@ class Viewer:
 
     @property
     def width(self) -> int:
-        """How wide the picture is that is sent, 0 where none is."""
+        """The width of the picture that is sent, 0 without one."""
         step = self.allocation.step if self.allocation else None
         return 0 if step is None else int(step.size.partition("x")[0])
 
@@ -172,7 +172,7 @@ class Viewer:
         sent, came = self._sounds
         if sent:
             self._sounds = [0, 0]
-            # What is on its way counts in the next report, so no less than none is lost.
+            # Packets in flight count in the next report, so the loss is never negative.
             lost = max(1 - came / sent, 0.0)
             self._at(self.now_s + BACK_S, lambda: self.control.lost(lost, self.now_s, kind="audio"))
 
@@ -187,7 +187,7 @@ def network(rate_bps: int, *changes: tuple[float, int], **down: object) -> Profi
 
 @pytest.mark.parametrize("rate_bps", [400_000, 8_000_000, *at_length(1_500_000)])
 def test_the_rate_is_that_of_a_browser_that_tells_all(rate_bps: int) -> None:
-    """With sound as a known load the same picture is chosen, and the sound waits no longer."""
+    """With sound as a known load the same picture is chosen, and the sound is no later."""
     found = []
     for sound_has_feedback in (True, False):
         viewer = Viewer(network(rate_bps), sound_has_feedback=sound_has_feedback)
@@ -201,7 +201,7 @@ def test_the_rate_is_that_of_a_browser_that_tells_all(rate_bps: int) -> None:
 
 
 def test_a_fall_of_the_rate_is_answered() -> None:
-    """From 5 Mbit/s to 300 kbit/s: 2 s later sound is 150 ms late at most."""
+    """From 5 Mbit/s to 300 kbit/s: after 2 s sound is 150 ms late at most."""
     viewer = Viewer(network(5_000_000, (10, 300_000)), sound_has_feedback=False)
     viewer.run(20)
     assert max(age_ms for at_s, age_ms in viewer.sound_ages_ms if at_s > 12) <= 150
@@ -209,7 +209,7 @@ def test_a_fall_of_the_rate_is_answered() -> None:
 
 
 def test_lost_sound_is_told_by_reports() -> None:
-    """Of sound that is lost the share is known, and that it is one in a row at least."""
+    """The reports give the share of lost sound, and bursts of at least one packet."""
     loss = load("wifi-bad").down.loss
     viewer = Viewer(network(8_000_000, loss=loss), sound_has_feedback=False)
     viewer.run(20)
@@ -219,7 +219,7 @@ def test_lost_sound_is_told_by_reports() -> None:
 
 
 def test_jitter_is_known_from_the_pictures() -> None:
-    """Where packets vary by up to 30 ms the first ones of pictures show it."""
+    """Where packets vary by up to 30 ms, the first packets of pictures show it."""
     jitter = Jitter(distribution="uniform", ms=15)
     viewer = Viewer(network(8_000_000, jitter=jitter), sound_has_feedback=False)
     viewer.run(12)
@@ -227,7 +227,7 @@ def test_jitter_is_known_from_the_pictures() -> None:
 
 
 def test_sound_alone_is_not_blind() -> None:
-    """With the picture switched off nothing is awaited; it comes back in full within 3 s."""
+    """With the picture off no feedback is awaited; once on, it is full again within 3 s."""
     viewer = Viewer(network(5_000_000), sound_has_feedback=False)
     viewer.run(10)
     viewer.size = None
@@ -242,7 +242,7 @@ def test_sound_alone_is_not_blind() -> None:
 
 
 def test_sound_alone_falls_with_what_is_lost_of_it_and_rises_again() -> None:
-    """On 30 kbit/s it takes a smaller encoding because of its losses alone, and later the best."""
+    """On 30 kbit/s losses of sound alone choose a smaller encoding, and later the best again."""
     viewer = Viewer(network(500_000, (20, 30_000), (60, 500_000)), sound_has_feedback=False)
     viewer.run(10)
     best_bps = viewer.sound_bps
@@ -255,7 +255,7 @@ def test_sound_alone_falls_with_what_is_lost_of_it_and_rises_again() -> None:
 
 @pytest.mark.parametrize("rate_bps", [22_000, 24_000])
 def test_a_picture_that_is_gone_is_tried_again(rate_bps: int) -> None:
-    """Where sound alone fits, a picture is tried, ever more seldom, and the sound waits seldom."""
+    """Where only sound fits, a picture is tried ever more seldom, which seldom delays the sound."""
     viewer = Viewer(network(rate_bps), sound_has_feedback=False)
     viewer.run(120)
     seconds = {int(at_s) for at_s in viewer.pictures if at_s > 10}

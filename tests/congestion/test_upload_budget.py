@@ -26,7 +26,7 @@ def settled(budget: UploadBudget, wants: list[float], *, operators: int = 0) -> 
 
 @given(UPLOAD, WANTS, st.integers(0, 1))
 def test_all_together_stay_under_it(upload_bps: float, wants: list[float], operators: int) -> None:
-    """Whoever watches, the sum is below the upload, and nobody gets more than they want."""
+    """Whoever watches, the sum stays below the upload, and nobody gets more than they want."""
     shares = settled(UploadBudget(upload_bps), wants, operators=operators)
     assert sum(shares) <= upload_bps
     assert all(0 <= share <= bps for share, bps in zip(shares, wants, strict=True))
@@ -34,7 +34,7 @@ def test_all_together_stay_under_it(upload_bps: float, wants: list[float], opera
 
 @given(UPLOAD, WANTS)
 def test_nobody_has_more_than_one_who_wants_more(upload_bps: float, wants: list[float]) -> None:
-    """Max-min: who gets less than they want gets as much as anybody, and nothing is unused."""
+    """Max-min: whoever gets less than they want gets as much as anybody, and nothing is unused."""
     shares = settled(UploadBudget(upload_bps), wants)
     short = [share for share, bps in zip(shares, wants, strict=True) if share < bps]
     if short:
