@@ -1,4 +1,4 @@
-"""What an input costs, in steps of the interpreter: the same at each run, on any machine."""
+"""The cost of an input in interpreter steps: the same in each run, on any machine."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from types import CodeType, FrameType
 
 _TOOL: Final = 4
-"""Of `sys.monitoring`; coverage, profilers and debuggers have others."""
+"""An id for `sys.monitoring` that coverage, profilers and debuggers do not use."""
 
 
 def steps(work: Callable[[], None]) -> int:
-    """Return how many instructions of Python it takes; what C does in one of them is not seen."""
+    """Return how many Python instructions the work takes; C code inside one is not counted."""
     was_collecting = gc.isenabled()
-    gc.disable()  # what it would finalise is others'
+    gc.disable()  # its finalisers would run other tests' code
     try:
         return _count(work)
     finally:
@@ -26,7 +26,7 @@ def steps(work: Callable[[], None]) -> int:
             gc.enable()
 
 
-# Since Python 3.12 a tracer sees the instructions of the frames alone that it knew when it began.
+# Since Python 3.12 a tracer sees only the instructions of frames that existed when it began.
 if sys.version_info >= (3, 12):
 
     def _count(work: Callable[[], None]) -> int:

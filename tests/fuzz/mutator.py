@@ -1,7 +1,7 @@
-"""Inputs near the valid ones, from a seed.
+"""Seeded inputs that resemble valid ones.
 
-Hypothesis shrinks what it finds, but takes longer to draw an input than these parsers take to
-refuse it, and ten thousand for each would not fit into the tests' time. Here one costs 10 µs, and
+Hypothesis shrinks its findings, but takes longer to draw an input than these parsers take to refuse
+it, and ten thousand for each would not fit into the tests' time. Here an input costs 10 µs, and
 corpus and seeds are those of the coverage-guided search.
 """
 
@@ -26,7 +26,7 @@ _NUMBERS: Final = (
 
 
 class Mutator:
-    """Draws inputs of at most `max_bytes` from `seeds`, with `words` put in."""
+    """Draws inputs of at most `max_bytes` from `seeds`, with `words` inserted."""
 
     def __init__(
         self, random: Random, seeds: Sequence[bytes], words: Sequence[bytes], max_bytes: int
@@ -50,7 +50,7 @@ class Mutator:
         )
 
     def draw(self) -> bytes:
-        """Return the next input: a valid one with a few changes, once in a while with none."""
+        """Return the next input: a valid one with a few changes, sometimes with none."""
         random = self._random
         data = bytearray(random.choice(self._seeds) if random.random() > _FROM_NOTHING else b"")
         for _ in range(random.choice(_CHANGES)):
@@ -94,7 +94,7 @@ class Mutator:
         data[at:at] = other[begin : self._random.choice((end, len(other)))]
 
     def _number(self, data: bytearray) -> None:
-        """Change a whole number: most checks are about one."""
+        """Change a whole number, which most checks are about."""
         found = [at for at, byte in enumerate(data) if 0x30 <= byte <= 0x39]
         if not found:
             return

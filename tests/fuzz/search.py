@@ -1,7 +1,7 @@
-"""Search one target for inputs that fail, led by coverage (libFuzzer, by atheris).
+"""Searches one target for inputs that fail, guided by coverage (libFuzzer, by atheris).
 
 ``python -m tests.fuzz.search TARGET OPTIONS FOLDERS`` does that in a process of its own: libFuzzer
-ends its process at the first such input, which is a file of the corpus then.
+ends its process at the first such input, and writes it to a file of the corpus.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 LONGEST_S: Final = 20 * 60
 _KEPT: Final = ROOT / ".cache" / "fuzz"
-"""What earlier searches reached, from which the next one begins."""
+"""The inputs that earlier searches kept, from which the next one starts."""
 
 _INSTRUMENTED: Final = ("wax", "aiortc", "aioice", "mcap", "tomllib")
 _HANGS_S: Final = 20
@@ -47,7 +47,7 @@ class Searched:
 
 
 def search(target: Target, inputs: int) -> Searched:
-    """Try `inputs`, or as many as there are in 20 minutes; raises `NotRunError` without atheris."""
+    """Try `inputs`, or as many as 20 minutes allow; raises `NotRunError` without atheris."""
     kept = _KEPT / target.name
     for folder in (kept, target.folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def search(target: Target, inputs: int) -> Searched:
             + [f"-{name}={value}" for name, value in options.items()]
             + [str(folder) for folder in (kept, seeds, target.folder)],
             cwd=ROOT,
-            env=os.environ | {"TMPDIR": scratch},  # libFuzzer ends it without its last words
+            env=os.environ | {"TMPDIR": scratch},  # libFuzzer ends it without closing the output
             capture_output=True,
             text=True,
             errors="replace",
@@ -101,9 +101,9 @@ def _escaped(word: bytes) -> str:
 
 def main(words: Sequence[str]) -> None:
     """Search here, until libFuzzer ends the process."""
-    atheris: Any = importlib.import_module("atheris")  # has no types, and is not for every machine
+    atheris: Any = importlib.import_module("atheris")  # has no types, and not every machine has it
     name, *options = words
-    # What is to lead the search is imported in here, and by nobody before.
+    # What guides the search must be imported in this block, and not earlier.
     with atheris.instrument_imports(include=list(_INSTRUMENTED), enable_loader_override=False):
         from tests.fuzz.plan import TARGETS  # noqa: PLC0415  # see above
         from tests.fuzz.target import quiet  # noqa: PLC0415  # see above

@@ -1,4 +1,4 @@
-"""What is fuzzed: a function that takes any bytes, and inputs to begin with."""
+"""A fuzz target: a function that takes any bytes, and inputs to start with."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ SLOW_S: Final = 1.0
 """Processor time. The longest legal input takes a hundredth; the control loop waits meanwhile."""
 
 STEPS_A_BYTE: Final = 100
-"""What each byte may cost, in steps of `cost.py`; about 3 µs, so that somebody's megabit a second
-takes less than half of a core, before any limit of theirs."""
+"""The most that each byte may cost, in steps of `cost.py`; about 3 µs, so that a stranger's megabit
+a second takes less than half of a core, before any limit applies."""
 
 _FAST_STEP_S: Final = 10e-9
 _SLOW_STEP_S: Final = 200e-9
-"""A step takes 25 ns; what takes less than the former is not dear, and what takes more than the
-latter at each of some tries is, although C does it in few."""
+"""A step takes 25 ns. An input that takes less than this per step is not expensive; one that takes
+more than this per step in each of several tries is, even if C does it in few steps."""
 
 _TRIES: Final = 5
 _INFLATED: Final = 3
-"""What counts the branches that an input takes makes one step two or three."""
+"""Counting the branches that an input takes makes one step two or three."""
 
 _PASSES: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """`hear` takes any bytes and raises only what is a defect; `what` says it for people.
+    """`hear` takes any bytes and raises only for a defect; `what` describes it for people.
 
-    `seeds` are valid inputs, `words` what a mutator puts in; both lead it past the first checks.
+    `seeds` are valid inputs, `words` what a mutator inserts; both lead past the first checks.
     `long_seeds` take too much time for a test, which tries so many `inputs`. An input may cost
-    `STEPS_A_BYTE` and, whatever its length, so many `steps`, mostly for the scene that hears it.
+    `STEPS_A_BYTE` per byte, and in addition this many `steps`, mostly for setting up the target.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Target:
         return sorted(self.folder.glob("*")) if self.folder.is_dir() else []
 
     def try_one(self, data: bytes) -> float:
-        """Hear it; returns the seconds that it took, and raises `AssertionError` if too many."""
+        """Try one input; return the seconds it took, or raise `AssertionError` if too many."""
         began_s = time.thread_time()
         self.hear(data)
         took_s = time.thread_time() - began_s
@@ -73,15 +73,15 @@ class Target:
         return took_s
 
     def count(self, data: bytes, *, inflated: int = 1) -> None:
-        """Raise `AssertionError` where hearing it takes more steps than its length may."""
-        self.hear(data)  # what is made once for all is not its cost
+        """Raise `AssertionError` if the input takes more steps than its length allows."""
+        self.hear(data)  # what is made once for all inputs is not its cost
         most, counted = inflated * self._most_steps(data), steps(lambda: self.hear(data))
         assert counted <= most, f"{counted} steps for {len(data)} bytes, which may take {most}"
 
     def try_cost(self, data: bytes) -> None:
-        """Hear it, and look closer where that is not quick; raises `AssertionError` as both do.
+        """Try one input, and count its steps if it is slow; raises `AssertionError` as both do.
 
-        In the search, whose instruments take steps and time as well.
+        For the search, whose instruments also take steps and time.
         """
         most = _INFLATED * self._most_steps(data)
         if self.try_one(data) < most * _FAST_STEP_S:
@@ -96,7 +96,7 @@ class Target:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Log nothing inside the block: refusals are what is asked for here."""
+    """Log nothing inside the block: refusals are expected here."""
     before = structlog.get_config()
     structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
     try:
@@ -106,7 +106,7 @@ def quiet() -> Iterator[None]:
 
 
 def at_once(work: Coroutine[Any, Any, Any]) -> Any:
-    """Return the result of a coroutine that at most lets others go first, without a loop."""
+    """Return the result of a coroutine that only yields to others, without an event loop."""
     try:
         for _ in range(_PASSES):
             assert work.send(None) is None, "it waits for something"

@@ -26,7 +26,7 @@ def _quiet() -> Iterator[None]:
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_what_is_valid_is_understood(name: str) -> None:
-    """The inputs from which all others are made pass."""
+    """The inputs from which all others are made are accepted."""
     for seed in TARGETS[name].seeds:
         TARGETS[name].try_one(seed)
 
@@ -35,7 +35,7 @@ def test_what_is_valid_is_understood(name: str) -> None:
     ("name", "path"), [(name, path) for name, one in TARGETS.items() for path in one.corpus()]
 )
 def test_what_once_failed_does_so_no_more(name: str, path: Path) -> None:
-    """Every stored input is a value or a refusal."""
+    """Every stored input gives a value or a refusal."""
     TARGETS[name].try_one(path.read_bytes())
 
 
@@ -46,7 +46,7 @@ def test_every_stored_input_is_replayed() -> None:
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_no_input_costs_more_than_its_length_may(name: str) -> None:
-    """Stored inputs, valid ones and some near them take so many steps a byte, and no more."""
+    """Stored inputs, valid ones and some near them cost at most so many steps a byte."""
     target = TARGETS[name]
     mutator = Mutator(Random(1), target.seeds, target.words, target.max_bytes)
     inputs = [*target.seeds, *(path.read_bytes() for path in target.corpus())]
@@ -63,7 +63,7 @@ def test_no_input_costs_more_than_its_length_may(name: str) -> None:
     ids=["announces", "squares"],
 )
 def test_what_costs_more_is_found(hear: Callable[[bytes], None]) -> None:
-    """Work by a number that is only announced, or by the square of the length, fails."""
+    """Work in proportion to an announced number, or to the square of the length, fails."""
     target = Target(name="dear", what="dear inputs", hear=hear, seeds=())
     target.count(bytes(500))
     with pytest.raises(AssertionError, match=r"steps for 500 bytes"):
@@ -71,7 +71,7 @@ def test_what_costs_more_is_found(hear: Callable[[bytes], None]) -> None:
 
 
 def test_what_takes_its_time_in_c_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The search looks at the processor's time, too, at its least of some tries."""
+    """The search also looks at processor time, at the least of several tries."""
     clock, took_s = TurnedClock(), [0.5]
 
     def hear(_: bytes) -> None:
@@ -81,7 +81,7 @@ def test_what_takes_its_time_in_c_is_found(monkeypatch: pytest.MonkeyPatch) -> N
     target = Target(name="slow", what="slow inputs", hear=hear, seeds=())
     with pytest.raises(AssertionError, match="500 ms for 10 bytes"):
         target.try_cost(bytes(10))
-    took_s[:] = [0.001, 0.5, 0.5, 0.5]  # the last is the first: others had the processor
+    took_s[:] = [0.001, 0.5, 0.5, 0.5]  # others had the processor
     target.try_cost(bytes(10))
 
 
@@ -89,7 +89,7 @@ def test_what_takes_its_time_in_c_is_found(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.timeout(300)  # it computes all the time
 @pytest.mark.parametrize("name", TARGETS)
 def test_any_bytes_are_a_value_or_a_refusal(name: str) -> None:
-    """Inputs near valid ones, others each time, in CI the same."""
+    """Mutated inputs give a value or a refusal; they differ each time, but not in CI."""
     target = TARGETS[name]
     seed = 1 if os.environ.get("CI") else SystemRandom().getrandbits(32)
     mutator = Mutator(Random(seed), target.seeds, target.words, target.max_bytes)

@@ -41,7 +41,7 @@ class StallClock:
         self._drawn = False
 
     def release_s(self, stalls: Stalls | None, time_s: float) -> float:
-        """Return `time_s`, or the end of the stall that holds it then; `time_s` never falls."""
+        """Return `time_s`, or the end of the stall at that time; `time_s` never falls."""
         if stalls is None:
             return time_s
         while not self._drawn or self._end_s <= time_s:

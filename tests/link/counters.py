@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(slots=True)
 class Counters:
-    """Since the start of one direction; bytes are those of IP packets."""
+    """Counts since the start of one direction; bytes are those of IP packets."""
 
     packets_in: int = 0
     bytes_in: int = 0

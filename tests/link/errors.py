@@ -1,4 +1,4 @@
-"""What is wrong with a link."""
+"""Errors of links and their profiles."""
 
 from __future__ import annotations
 

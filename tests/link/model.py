@@ -1,7 +1,7 @@
-"""One direction of a link, without a clock: packets in, and when which of them come out.
+"""One direction of a link, without a clock: which packets come out, and when.
 
-Unit tests of congestion control simulate with it, and the emulator in `e2e.link` moves real
-packets by it.
+Unit tests of congestion control simulate with it, and the emulator in `e2e.link` moves real packets
+by it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Direction:
-    """Every packet's fate is settled when it arrives, so the model needs no events between.
+    """Every packet's fate is decided when it arrives, so the model needs no other events.
 
     Times are monotonic seconds and never fall from one call to the next.
     """
@@ -42,15 +42,15 @@ class Direction:
         self._latest_s = -math.inf
 
     def start_changes(self, now_s: float) -> None:
-        """Count the times of the changes, and the trace, from now on.
+        """Count the times of the changes, and of the trace, from now on.
 
-        What is inside already keeps its times.
+        Packets inside keep their times.
         """
         self._schedule.start(now_s)
         self._transmitter.start(now_s)
 
     def arrive(self, packet: bytes, now_s: float) -> None:
-        """Take a packet, or drop it; which, the counters tell."""
+        """Accept a packet or drop it; the counters record which."""
         size_bytes = len(packet)
         count = self.counters
         count.packets_in += 1
@@ -70,7 +70,7 @@ class Direction:
         return self._on_the_way[0][0] if self._on_the_way else math.inf
 
     def due(self, now_s: float) -> list[tuple[float, bytes]]:
-        """Take out what has come to the other end, each with the time when it was due."""
+        """Remove the packets that have reached the other end; return when each was due."""
         out = []
         while self._on_the_way and self._on_the_way[0][0] <= now_s:
             due_s, _, packet = heappop(self._on_the_way)

@@ -1,4 +1,4 @@
-"""Profiles: what a network does to packets, in both directions, as a TOML file each."""
+"""Profiles: how a network treats packets in both directions, each a TOML file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class _Table(BaseModel):
 
 
 class Jitter(_Table):
-    """What is added to the delay of each packet, drawn anew for each.
+    """The addition to each packet's delay, random for each.
 
     `ms` is the half width (uniform), the standard deviation (normal, cut at 3 of them; half-normal,
     its absolute value) or the scale (pareto: a heavy tail above the delay, Lomax with `shape`, cut
@@ -54,15 +54,15 @@ class Jitter(_Table):
 
     @property
     def earliest_ms(self) -> float:
-        """How much it can take from the delay."""
+        """The most by which it can shorten the delay."""
         return {"uniform": self.ms, "normal": NORMAL_CUT * self.ms}.get(self.distribution, 0.0)
 
 
 class Stalls(_Table):
-    """Spikes: now and then everything stops and is then let go at once.
+    """Spikes: now and then everything stops and is then released at once.
 
-    Between them lie 0.5 to 1.5 times `every_s`, uniform, so that a short run has its share of them;
-    how long one lasts is uniform, too.
+    Between them lie 0.5 to 1.5 times `every_s`, uniform, so that a short run also has some; their
+    length is uniform, too.
     """
 
     every_s: Annotated[float, Field(gt=0, le=3600)]
@@ -77,7 +77,7 @@ class Stalls(_Table):
 
 
 class Loss(_Table):
-    """Gilbert–Elliott: two states, each with its chance to lose a packet, changed packet by packet.
+    """Gilbert–Elliott: two states, each with its loss rate, which may change at each packet.
 
     With `in_good` alone the losses are independent. Starts in the good state.
     """
@@ -89,12 +89,12 @@ class Loss(_Table):
 
     @property
     def bad_share(self) -> float:
-        """Of the packets, how many meet the bad state in the long run."""
+        """The fraction of packets in the bad state in the long run."""
         return self.good_to_bad / (self.good_to_bad + self.bad_to_good)
 
     @property
     def mean(self) -> float:
-        """Of the packets, how many are lost in the long run."""
+        """The fraction of packets that are lost in the long run."""
         return self.in_good + self.bad_share * (self.in_bad - self.in_good)
 
 
@@ -103,8 +103,8 @@ class Conditions(_Table):
 
     A packet joins the queue or is dropped (drop-tail), is serialised at the rate, may be lost on
     the way, and arrives after stall, delay and jitter; never before an earlier one unless
-    `reorder`, so that of packets close together all have the latest one's jitter. Without
-    `rate_bps` and `trace` serialisation takes no time.
+    `reorder`, so that packets close together all have the latest one's jitter. Without `rate_bps`
+    and `trace` serialisation takes no time.
     """
 
     rate_bps: RateBps | None = None
@@ -153,7 +153,7 @@ class Change(_Table):
 
 
 class DirectionSettings(Conditions):
-    """`[down]` or `[up]`: how it begins and what changes."""
+    """`[down]` or `[up]`: how it starts and what changes."""
 
     changes: Annotated[list[Change], Field(max_length=1000)] = []
 
@@ -172,7 +172,7 @@ class DirectionSettings(Conditions):
         return self
 
     def steps(self) -> list[tuple[float, Conditions]]:
-        """Return the conditions and from when they hold, the first from 0 s."""
+        """Return the conditions with the time at which each starts, the first at 0 s."""
         keys = {name: getattr(self, name) for name in Conditions.model_fields}
         steps = [(0.0, Conditions(**keys))]
         for change in self.changes:
@@ -206,7 +206,7 @@ def load(name: str) -> Profile:
     """Read a shipped profile by its name, or any by its path, which ends in ``.toml``.
 
     A trace in it is named relative to the profile. A path that ends in ``.down`` is a recorded
-    drive, whose way up is beside it. Raises `ProfileError`.
+    drive, with its uplink next to it. Raises `ProfileError`.
     """
     if name.endswith(DRIVE):
         return _drive(Path(name))
@@ -230,7 +230,7 @@ def load(name: str) -> Profile:
 
 
 def _drive(down: Path) -> Profile:
-    """Return a recorded pair of traces, 30 ms each way and a queue of 600 ms."""
+    """Return a recorded pair of traces, with 30 ms each way and a queue of 600 ms."""
     ways = {}
     for way, path in (("down", down), ("up", down.with_suffix(".up"))):
         trace.read(str(path))
@@ -239,7 +239,7 @@ def _drive(down: Path) -> Profile:
 
 
 def parse(tree: dict[str, Any], name: str) -> Profile:
-    """Check a parsed TOML tree; `name` is how the problems call the file.
+    """Check a parsed TOML tree; messages call the file `name`.
 
     Raises `ProfileError`: one sentence for each key that is wrong.
     """
@@ -252,7 +252,7 @@ def parse(tree: dict[str, Any], name: str) -> Profile:
 
 
 def _without_null(schema: Any) -> Any:
-    """Let each key that may be left out be what it is when given: TOML has no null."""
+    """Remove null from the types of optional keys: TOML has no null."""
     if isinstance(schema, list):
         return [_without_null(item) for item in schema]
     if not isinstance(schema, dict):

@@ -10,25 +10,25 @@ if TYPE_CHECKING:
 
 
 class Transmitter(Protocol):
-    """Sends one packet after the other; told of each in their order."""
+    """Sends one packet after the other, and is told of each in order."""
 
     def start(self, now_s: float) -> None:
-        """Begin what it does over time from its beginning."""
+        """Start from its beginning whatever it does over time."""
         ...
 
     def finish_s(self, begin_s: float, size_bytes: int) -> float:
-        """Return when the last byte leaves of a packet whose turn comes at `begin_s`."""
+        """Return when the last byte of a packet leaves whose turn comes at `begin_s`."""
         ...
 
 
 class RateTransmitter:
-    """Sends at the rate of a schedule, to the bit also across its changes and outages."""
+    """Sends at the rate of a schedule, exact to the bit, even across its changes and outages."""
 
     def __init__(self, schedule: Schedule) -> None:
         self._schedule = schedule
 
     def start(self, now_s: float) -> None:
-        """Do nothing: it follows the schedule, which is started by its owner."""
+        """Do nothing: it follows the schedule, which its owner starts."""
 
     def finish_s(self, begin_s: float, size_bytes: int) -> float:
         bits = size_bytes * 8.0
@@ -46,7 +46,7 @@ class RateTransmitter:
 
 
 class Backlog:
-    """The bytes that have not left yet, the packet on the wire among them."""
+    """The bytes that have not left yet, including the packet on the wire."""
 
     def __init__(self) -> None:
         self._waiting: deque[tuple[float, int]] = deque()
@@ -55,13 +55,13 @@ class Backlog:
         """When the last packet has left."""
 
     def bytes_at(self, now_s: float) -> int:
-        """Count; `now_s` never falls."""
+        """Return the count; `now_s` never falls."""
         while self._waiting and self._waiting[0][0] <= now_s:
             self._bytes -= self._waiting.popleft()[1]
         return self._bytes
 
     def has_room(self, size_bytes: int, limit_bytes: float, now_s: float) -> bool:
-        """Drop-tail: room is within the limit; what finds nobody before it always fits."""
+        """Return whether a packet fits (drop-tail): within the limit, or into an empty queue."""
         waiting_bytes = self.bytes_at(now_s)
         return waiting_bytes == 0 or waiting_bytes + size_bytes <= limit_bytes
 

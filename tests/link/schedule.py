@@ -1,4 +1,4 @@
-"""What holds when: the conditions of a direction over time, constant between changes."""
+"""The conditions of a direction over time, constant between changes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Schedule:
-    """Until `start` the first conditions hold; then the changes come at their times."""
+    """Until `start` the first conditions apply; then the changes follow at their times."""
 
     def __init__(self, settings: DirectionSettings) -> None:
         self._steps = settings.steps()
@@ -25,6 +25,6 @@ class Schedule:
         return self._steps[bisect_right(self._from_s, time_s) - 1][1]
 
     def change_after_s(self, time_s: float) -> float:
-        """Return when the conditions at `time_s` end; infinite when they never do."""
+        """Return when the conditions at `time_s` end; infinite if they never do."""
         index = bisect_right(self._from_s, time_s)
         return self._from_s[index] if index < len(self._from_s) else math.inf

@@ -1,4 +1,4 @@
-"""Chance: in the long run it is what the profile states, within 5 % and mostly far closer."""
+"""Chance: in the long run it is as the profile states, within 5 % and mostly far closer."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_uniform_jitter_is_uniform() -> None:
 
 
 def test_normal_jitter_is_normal_and_cut() -> None:
-    """Deviation 10 (cut at 3 of them it is 1.3 % less), mean 0, nothing beyond 30."""
+    """Deviation 10 (the cut at 3 of them makes it 1.3 % less), mean 0, nothing beyond 30."""
     values = drawn(NORMAL)
     assert fmean(values) == pytest.approx(0, abs=0.15)
     assert pstdev(values) == pytest.approx(10, rel=0.02)
@@ -50,7 +50,7 @@ def test_half_normal_jitter_is_the_size_of_normal_jitter() -> None:
 
 
 def test_pareto_jitter_has_the_tail_of_lomax() -> None:
-    """Beyond x lie (1 + x/10)^−3 of the values; none is negative or above the cut."""
+    """A fraction of (1 + x/10)^−3 of the values exceeds x; none is negative or above the cut."""
     values = drawn(PARETO)
     for beyond_ms in (5, 10, 50):
         share = sum(value > beyond_ms for value in values) / len(values)
@@ -73,14 +73,14 @@ def lost(loss: Loss, count: int = 200_000) -> list[bool]:
 
 
 def test_random_losses_stand_alone() -> None:
-    """Independent: after a loss the next is lost as often as after none."""
+    """Independent: after a loss the next packet is as likely to be lost as after none."""
     fate = lost(Loss(in_good=0.1))
     after = [later for earlier, later in pairwise(fate) if earlier]
     assert fmean(after) == pytest.approx(0.1, rel=0.05)
 
 
 def test_bursts_are_as_long_as_stated() -> None:
-    """With all lost in the bad state a burst lasts 1 / bad_to_good packets on average."""
+    """If the bad state loses all, a burst lasts 1 / bad_to_good packets on average."""
     loss = Loss(good_to_bad=0.0125, bad_to_good=0.25)
     fate = lost(loss)
     bursts = [len(list(run)) for is_lost, run in groupby(fate) if is_lost]
@@ -99,7 +99,7 @@ STALLS = Stalls(every_s=2, at_least_ms=100, at_most_ms=300)
 
 
 def windows() -> list[tuple[float, float]]:
-    """Return stalls of 500 s as first held time and release, seen at each ms."""
+    """Return the stalls of 500 s, each as first held time and release, looking at each ms."""
     clock = StallClock(Random(1), 0.0)
     found: dict[float, float] = {}
     for tick in range(500_000):
@@ -125,7 +125,7 @@ def test_stalls_come_as_often_and_last_as_long_as_stated() -> None:
 
 @given(st.lists(st.floats(0, 3), max_size=30), st.lists(st.floats(0, 3), max_size=30))
 def test_stalls_do_not_depend_on_who_asks(some: list[float], others: list[float]) -> None:
-    """Asked at other times before, the clock answers the same for a time."""
+    """The clock's answer for a time does not depend on the earlier questions."""
     answers = []
     for gaps_s in (some, others):
         clock, now_s = StallClock(Random(7), 0.0), 0.0

@@ -1,4 +1,4 @@
-"""The model of one direction: what it promises holds for any packets at any times."""
+"""The model of one direction keeps its promises for any packets at any times."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def number(index: int, size_bytes: int) -> bytes:
 def through(
     link: Direction, packets: list[tuple[float, int]], start_s: float = START_S
 ) -> dict[int, tuple[float, float]]:
-    """Send packets (gap, size); return for each that came when it was sent and was due."""
+    """Send packets (gap, size); return when each that arrived was sent and was due."""
     now_s, sent_s, came = start_s, [], {}
     for index, (gap_s, size_bytes) in enumerate(packets):
         now_s += gap_s
@@ -56,7 +56,7 @@ def regular(count: int, gap_s: float, size_bytes: int = 100) -> list[tuple[float
 
 @given(arrivals)
 def test_delay_is_exact(packets: list[tuple[float, int]]) -> None:
-    """Without rate and jitter every packet comes after the delay, to the microsecond."""
+    """Without rate and jitter every packet arrives after the delay, to the microsecond."""
     for sent_s, due_s in through(direction(delay_ms=20), packets).values():
         assert due_s - sent_s == pytest.approx(0.020, abs=1e-6)
 
@@ -65,7 +65,7 @@ def test_delay_is_exact(packets: list[tuple[float, int]]) -> None:
 def test_serialisation_is_exact_to_the_byte(
     packets: list[tuple[float, int]], rate_bps: int
 ) -> None:
-    """A packet leaves when all bytes before it and its own have, at the rate, and not earlier."""
+    """A packet leaves once all bytes up to its own have left at the rate, and not earlier."""
     came = through(direction(rate_bps=rate_bps, delay_ms=5), packets)
     free_s = 0.0
     for index, (_, size_bytes) in enumerate(packets):
@@ -86,7 +86,7 @@ JITTERS = [
 def test_order_is_kept_under_jitter(
     jitter: dict[str, Any], packets: list[tuple[float, int]]
 ) -> None:
-    """Whatever jitter and stalls do, packets come in the order in which they were sent."""
+    """Whatever jitter and stalls do, packets arrive in the order in which they were sent."""
     stalls = {"every_s": 0.2, "at_least_ms": 10, "at_most_ms": 300}
     came = through(direction(delay_ms=50, jitter=jitter, stalls=stalls), packets)
     assert list(came) == sorted(came)
@@ -95,7 +95,7 @@ def test_order_is_kept_under_jitter(
 
 
 def test_reorder_lets_packets_overtake() -> None:
-    """With `reorder` a packet with less jitter comes before an earlier one."""
+    """With `reorder` a packet with less jitter arrives before an earlier one."""
     came = through(direction(delay_ms=50, jitter=JITTERS[0], reorder=True), regular(200, 0.001))
     assert list(came) != sorted(came)
     assert len(came) == 200
@@ -105,7 +105,7 @@ def test_reorder_lets_packets_overtake() -> None:
 def test_the_queue_never_exceeds_its_bytes(
     packets: list[tuple[float, int]], queue_bytes: int
 ) -> None:
-    """No more than the limit ever waits, and what is refused would have exceeded it."""
+    """No more than the limit ever waits, and a refused packet would have exceeded it."""
     link = direction(rate_bps=64_000, queue_bytes=queue_bytes)
     came = through(link, packets)
     waiting: list[tuple[float, int]] = []
@@ -131,7 +131,7 @@ def test_a_queue_in_ms_is_of_the_rate() -> None:
 
 
 def test_a_packet_larger_than_the_queue_passes_alone() -> None:
-    """A packet that finds nobody before it is never refused, as no device would."""
+    """A packet that finds the queue empty is never refused, as in any real device."""
     assert len(through(direction(rate_bps=64_000, queue_bytes=100), [(0, 1500), (0, 1500)])) == 1
 
 
@@ -139,7 +139,7 @@ def test_a_packet_larger_than_the_queue_passes_alone() -> None:
 def test_every_packet_is_counted_once(
     packets: list[tuple[float, int]], chance: float, full: bool
 ) -> None:
-    """What came in is what came out, was lost, was refused or is inside; in packets and bytes."""
+    """Each packet and byte that entered has left, was lost, was refused or is inside."""
     queue_bytes = 2000 if full else 10**6
     link = direction(rate_bps=100_000, queue_bytes=queue_bytes, loss={"in_good": chance})
     now_s, out = START_S, []
@@ -160,7 +160,7 @@ def test_every_packet_is_counted_once(
 
 
 def test_nothing_comes_before_it_is_due() -> None:
-    """`next_s` says when `due` gives the next packet, and before that it gives none."""
+    """`next_s` says when `due` returns the next packet, and before that it returns none."""
     link = direction(delay_ms=20)
     assert link.next_s() == math.inf
     link.arrive(number(0, 100), START_S)
@@ -188,7 +188,7 @@ def test_changes_come_at_their_time_after_the_start() -> None:
 
 
 def test_a_change_meets_a_packet_on_the_wire() -> None:
-    """Bits sent before a change go at the old rate, the others at the new one."""
+    """Bits sent before a change leave at the old rate, the others at the new one."""
     link = direction(rate_bps=10_000, changes=[{"at_s": 1, "rate_bps": 1_000}])
     link.start_changes(START_S)
     link.arrive(number(0, 1500), START_S)  # 12000 bits: 10000 in the first second
@@ -196,7 +196,7 @@ def test_a_change_meets_a_packet_on_the_wire() -> None:
 
 
 def test_an_outage_holds_and_then_lets_go() -> None:
-    """What meets an outage waits in the queue and leaves at the rate once it is over."""
+    """Packets during an outage wait in the queue and leave at the rate once it is over."""
     changes = [{"at_s": 1, "outage": True}, {"at_s": 3, "outage": False}]
     link = direction(rate_bps=1_000_000, queue_ms=500, changes=changes)
     link.start_changes(START_S)
@@ -215,7 +215,7 @@ def test_an_outage_holds_and_then_lets_go() -> None:
     )
 )
 def test_bits_are_conserved_over_any_schedule(spans: list[tuple[float, int | None]]) -> None:
-    """Kept full, the link delivers by any time just what its rates allow until then."""
+    """A full link delivers by any time exactly what its rates allow until then."""
     changes: list[dict[str, Any]] = []
     at_s = 0.0
     for span_s, span_bps in spans:
@@ -236,7 +236,7 @@ def test_bits_are_conserved_over_any_schedule(spans: list[tuple[float, int | Non
 
 
 def test_one_seed_is_one_run() -> None:
-    """The same seed repeats every delay and loss; another direction or seed has its own."""
+    """The same seed repeats every delay and loss; another direction or seed has others."""
     keys: dict[str, Any] = {"delay_ms": 50, "jitter": JITTERS[0], "loss": {"in_good": 0.2}}
     runs = [
         through(Direction(settings(**keys), seed=seed, way=way, start_s=START_S), regular(200, 0.1))

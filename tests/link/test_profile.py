@@ -1,4 +1,4 @@
-"""Profiles: what is shipped can be used, and what is wrong is told in one sentence a key."""
+"""Profiles: the shipped ones can be used, and each wrong key gets one sentence."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_each_profile_states_its_queue(name: str) -> None:
 
 
 def test_stated_figures_are_those_asked_for() -> None:
-    """The modem, the satellite and poor Wi-Fi have the figures that the issue names."""
+    """The modem, the satellite and poor Wi-Fi have the figures that were promised."""
     modem, satellite, wifi = load("modem-56k"), load("satellite"), load("wifi-bad")
     assert (modem.down.rate_bps, modem.up.rate_bps) == (50_000, 33_000)
     assert modem.down.jitter is not None
@@ -59,7 +59,7 @@ def test_stated_figures_are_those_asked_for() -> None:
 
 
 def test_an_unknown_profile_is_one_sentence() -> None:
-    """A wrong name is answered with the nearest one and with all that there are."""
+    """For a wrong name the sentence has the nearest name and all names."""
     with pytest.raises(ProfileError, match=r"^there is no profile campsu; did you mean campus\?"):
         load("campsu")
 
@@ -72,7 +72,7 @@ def test_an_unknown_key_is_one_sentence() -> None:
 
 
 def test_a_wrong_value_is_told_with_what_is_allowed() -> None:
-    """What was got and what is allowed stand in one sentence, also inside a nested table."""
+    """One sentence has the given value and the allowed ones, even inside a nested table."""
     told = problem(jitter={"distribution": "gauss", "ms": 3})
     assert told.startswith('x.toml: down.jitter.distribution: got "gauss"; allowed is "uniform"')
     assert "down.rate_bps: got 5; allowed is a whole number from" in problem(rate_bps=5)
@@ -96,14 +96,14 @@ def test_a_wrong_value_is_told_with_what_is_allowed() -> None:
     ],
 )
 def test_what_contradicts_itself_is_told(wrong: dict[str, Any], said: str) -> None:
-    """Keys that are right each but not together are refused with what to do."""
+    """Keys that are valid alone but not together are refused with what to do."""
     told = problem(**wrong)
     assert said in told
     assert "\n" not in told
 
 
 def test_changes_build_on_each_other() -> None:
-    """A change keeps what it does not name, and either kind of queue replaces the other."""
+    """A change keeps what it does not mention, and either kind of queue replaces the other."""
     changes = [{"at_s": 1, "rate_bps": 2_000}, {"at_s": 2, "queue_bytes": 9}]
     steps = parse(table(changes=changes), "x.toml").down.steps()
     assert [at_s for at_s, _ in steps] == [0, 1, 2]
@@ -119,7 +119,7 @@ def test_a_profile_survives_the_way_to_the_forwarder(name: str) -> None:
 
 
 def test_a_trace_is_found_beside_its_profile(tmp_path: Path) -> None:
-    """A trace is named relative to its profile, and a bad or missing one is told at once."""
+    """A trace is named relative to its profile, and a bad or missing one is reported at once."""
     way = '[{0}]\ntrace = "there.trace"\nqueue_ms = 500\n'
     path = tmp_path / "mine.toml"
     path.write_text('about = "mine"\n' + way.format("down") + way.format("up"))
@@ -133,7 +133,7 @@ def test_a_trace_is_found_beside_its_profile(tmp_path: Path) -> None:
 
 
 def test_a_recorded_drive_is_a_pair_of_traces(tmp_path: Path) -> None:
-    """NAME.down and NAME.up are a link with a queue; without the way up it is one sentence."""
+    """NAME.down and NAME.up are a link with a queue; without an uplink there is one sentence."""
     (tmp_path / "town.down").write_text("1\n5\n")
     with pytest.raises(ProfileError, match=r"town\.up: cannot be read"):
         load(str(tmp_path / "town.down"))

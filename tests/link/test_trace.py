@@ -1,4 +1,4 @@
-"""Traces: replayed as mahimahi does, and refused when they are none."""
+"""Traces are replayed as in mahimahi, and invalid ones are refused."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_what_nobody_waits_for_is_lost() -> None:
 
 
 def test_the_trace_loops() -> None:
-    """After its last line it goes on from its first, without a pause between."""
+    """After its last line it continues from its first, without a pause between."""
     sender = TraceTransmitter([0, 40, 100], 5.0)
     times_s = [sender.finish_s(5.0, 1500) for _ in range(7)]
     assert times_s == pytest.approx([5.0, 5.04, 5.1, 5.1, 5.14, 5.2, 5.2])
@@ -68,7 +68,7 @@ def test_nothing_leaves_early_or_faster_than_the_trace(
 
 @given(traces)
 def test_kept_full_it_sends_its_mean_rate(times_ms: list[int]) -> None:
-    """Over whole rounds a full queue leaves at 1500 bytes an opportunity."""
+    """Over whole rounds a full queue sends 1500 bytes an opportunity."""
     sender = TraceTransmitter(times_ms, 0.0)
     for _ in range(5 * len(times_ms)):
         left_s = sender.finish_s(0.0, 1500)
@@ -81,7 +81,7 @@ def test_kept_full_it_sends_its_mean_rate(times_ms: list[int]) -> None:
     [("", "longer than 0 ms"), ("0\n0\n", "longer"), ("1\nx\n", "a time in ms"), ("2\n1", "fall")],
 )
 def test_what_is_no_trace_is_refused(tmp_path: Path, text: str, said: str) -> None:
-    """An empty, wordy or falling file is told in one sentence with its name."""
+    """For an empty, wordy or falling file one sentence names the file and the problem."""
     path = tmp_path / "a.trace"
     path.write_text(text)
     with pytest.raises(ProfileError, match=rf"a\.trace: is no trace.*{said}"):

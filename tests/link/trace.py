@@ -1,7 +1,7 @@
 """Traces of packet delivery opportunities, in the format of mahimahi's ``mm-link``.
 
-Each line is a time in whole ms at which 1500 bytes may leave; the same time may stand on several
-lines. At its end, the time of the last line, the trace begins again.
+Each line is a time in whole ms at which 1500 bytes may leave; several lines may have the same time.
+At its end, which is the time of the last line, the trace starts over.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def read(path: str) -> list[int]:
 class TraceTransmitter:
     """Sends packets, first in first out, at the opportunities of a trace.
 
-    A packet may take several opportunities and several packets may share one; what nobody waits
-    for is lost, as in mahimahi. `start` sets the trace to its beginning.
+    A packet may take several opportunities and several packets may share one; an unused opportunity
+    is lost, as in mahimahi. `start` sets the trace to its beginning.
     """
 
     def __init__(self, times_ms: list[int], start_s: float) -> None:
@@ -55,7 +55,7 @@ class TraceTransmitter:
         self._index, self._left_bytes = 0, OPPORTUNITY_BYTES
 
     def finish_s(self, begin_s: float, size_bytes: int) -> float:
-        """Return when the last byte of a packet leaves that is first in the queue at `begin_s`."""
+        """Return when the last byte leaves of a packet that is first in the queue at `begin_s`."""
         self._skip_to(begin_s)
         while size_bytes > self._left_bytes:
             size_bytes -= self._left_bytes
@@ -68,7 +68,7 @@ class TraceTransmitter:
         return self._zero_s + (rounds * self._times_ms[-1] + self._times_ms[at]) / 1000
 
     def _skip_to(self, begin_s: float) -> None:
-        """Pass the opportunities before `begin_s`; one at that very moment may still be used."""
+        """Skip the opportunities before `begin_s`; one at that very moment may still be used."""
         if self._time_s(self._index) >= begin_s:
             return
         rounds, at_ms = divmod((begin_s - self._zero_s) * 1000, self._times_ms[-1])

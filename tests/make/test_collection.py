@@ -1,4 +1,4 @@
-"""The tests have the same names everywhere: workers that collect others end the whole run."""
+"""The tests have the same names everywhere: if two workers collect different ones, the run ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 _PYTEST = "import gc, sys; gc.disable(); import pytest; sys.exit(pytest.main(sys.argv[1:]))"
-"""Neither looking for garbage nor rewriting assertions, it collects in two thirds of the time."""
+"""Without garbage collection and assertion rewriting, collecting takes two thirds of the time."""
 
 
 def _collected(*options: str, **environment: str) -> list[str]:
@@ -32,13 +32,13 @@ def _collected(*options: str, **environment: str) -> list[str]:
 
 
 @pytest.mark.system
-@pytest.mark.full  # workers of xdist, which hash differently, compare theirs in each run
+@pytest.mark.full  # xdist's workers, which hash differently, compare theirs in each run
 @pytest.mark.timeout(180)
 def test_the_names_of_tests_are_the_same_everywhere() -> None:
     """Time, date, zone, locale, the order of hashes and of folders change no name."""
     with ThreadPoolExecutor(2) as beside:
         here = beside.submit(_collected, PYTHONHASHSEED="1", TZ="Etc/GMT+12", LC_ALL="C.UTF-8")
-        # 26 hours ahead, so that the date is another one at any time.
+        # 26 hours ahead, so that the date differs at any time.
         there = {"PYTHONHASHSEED": "2", "TZ": "Pacific/Kiritimati", "LC_ALL": "C"}
         elsewhere = beside.submit(_collected, "-p", "tests.another_machine", **there)
     assert len(here.result()) > 1000

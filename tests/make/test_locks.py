@@ -1,4 +1,4 @@
-"""The locked versions: complete, hashed, and what pyproject.toml asks for."""
+"""The locked versions: complete, hashed, and matching pyproject.toml."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RUN, DEV, NODE, UV = "requirements.lock", "requirements-dev.lock", ".make/node.l
 
 
 def _locked(name: str) -> dict[str, set[str]]:
-    """Versions by package; there are two where platforms differ."""
+    """Return versions by package; there are two where platforms differ."""
     versions: dict[str, set[str]] = {}
     for line in (ROOT / name).read_text(encoding="utf-8").splitlines():
         pin = re.match(r"([A-Za-z0-9._-]+)==(\S+)", line)
@@ -27,7 +27,7 @@ def _locked(name: str) -> dict[str, set[str]]:
 
 @pytest.mark.parametrize("name", [RUN, DEV, NODE, UV])
 def test_every_version_has_hashes_and_no_host(name: str) -> None:
-    """What is installed is what was locked, from whichever mirror it comes."""
+    """The locked files are installed, from whichever mirror they come."""
     text = (ROOT / name).read_text(encoding="utf-8")
     pin = r"^[A-Za-z0-9._-]+==[^\n]*\n(?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n)*"
     pins = re.findall(pin, text, re.MULTILINE)
@@ -45,7 +45,7 @@ def test_lock_of_run_is_part_of_the_lock_of_test() -> None:
 
 
 def test_locks_are_what_the_project_asks_for() -> None:
-    """Who changes a dependency is told to type `make lock`."""
+    """Whoever changes a dependency is told to type `make lock`."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     groups = project["dependency-groups"]
     wanted = {

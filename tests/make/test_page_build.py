@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     ],
 )
 def test_node_is_taken_as_vite_takes_it(version: str, suitable: bool) -> None:
-    """22.12 or newer of an even major below 24, or anything from 24 on."""
+    """22.12 or newer with an even major below 24, or anything from 24 on."""
     assert page.is_suitable(version) is suitable
 
 
@@ -39,7 +39,7 @@ def _source(folder: Path) -> list[Path]:
 def test_fingerprint_follows_content_and_names(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A touched file changes nothing; other content, another name or one more file do."""
+    """A touched file changes nothing; other content, another name or an added file does."""
     monkeypatch.setattr(page, "ROOT", tmp_path)
     first = tmp_path / "main.ts"
     first.write_text("one")
@@ -85,7 +85,7 @@ def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_texts_are_laid_ready_in_gzip(tmp_path: Path) -> None:
-    """Beside each text its compressed twin, the same for the same text; nothing else is touched."""
+    """Each text gets a compressed copy, always the same for the same text; nothing else changes."""
     (tmp_path / "assets").mkdir()
     script, image = tmp_path / "assets" / "a.js", tmp_path / "b.png"
     script.write_text("let x = 1;\n" * 100)
@@ -121,7 +121,7 @@ def env(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 def test_a_mirror_that_hangs_is_given_up(
     tmp_path: Path, env: dict[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Each try ends with its limit, the last with a sentence."""
+    """Each try ends at its limit, the last one with a sentence."""
     began_s = time.monotonic()
     with pytest.raises(page.PageError, match="was not done after 0 s"):
         page.retry(_trying(tmp_path, "exec sleep 30"), env, limit_s=0.2, tries=2)

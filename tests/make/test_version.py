@@ -1,4 +1,4 @@
-"""The version: in one place, each has its changes told, and a released one its figures."""
+"""The version is in one place, is in the changelog, and a released one has its figures."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ CHANGELOG = ROOT / ".github" / "CHANGELOG.md"
 
 
 def test_there_is_one_version() -> None:
-    """The package's own is the installed one, and pyproject.toml states no other."""
+    """The package's version is the installed one, and pyproject.toml states no other."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "version" in project["dynamic"]
     assert version("wax-teleop") == __version__
 
 
 def test_every_version_has_its_changes() -> None:
-    """The changelog begins with what is not released, then this version, falling from there."""
+    """The changelog starts with unreleased changes, then this version, then falling versions."""
     text = CHANGELOG.read_text(encoding="utf-8")
     headings = re.findall(r"^## (\S+)", text, re.MULTILINE)
     assert headings[:2] == ["Unreleased", __version__]
@@ -36,7 +36,7 @@ def test_every_version_has_its_changes() -> None:
 
 
 def disagreements(tag: str, project: str, told: str, published: list[Published]) -> list[str]:
-    """Say what of a release named `tag` is not of it; its changelog begins with version `told`."""
+    """Return what disagrees with the release `tag`; the changelog begins with version `told`."""
     released = tag.removeprefix("v")
     found = [
         f"{what} {said or 'nothing'}, the tag {tag}"
@@ -76,7 +76,7 @@ def test_a_release_that_disagrees_is_told() -> None:
 @pytest.mark.full
 @pytest.mark.system
 def test_a_tagged_release_agrees() -> None:
-    """Where HEAD is tagged as a version, everything is of that version."""
+    """If HEAD is tagged as a version, everything is of that version."""
     listed = ["git", "-C", str(ROOT), "tag", "--points-at", "HEAD", "v[0-9]*"]
     tags = subprocess.run(listed, check=False, capture_output=True, text=True).stdout.split()
     told = re.findall(r"^## (\d\S*)", CHANGELOG.read_text(encoding="utf-8"), re.MULTILINE)[0]

@@ -1,4 +1,4 @@
-"""A suite for the tests of what measures: what its cases do is said by files in the folder BED."""
+"""A suite for the tests of the measuring tools: files in the folder BED say what its cases do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A suite's command: what is measured, kept and left to be measured."""
+"""A suite's command: what it measures, keeps, and leaves to be measured."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _only_one(rows: list[Row]) -> list[Row]:
 
 
 class Bed:
-    """A suite of two cases and a long one, how often each was measured, and what is to go wrong."""
+    """A suite of two cases and a long one; it counts measurements and fails on request."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -67,7 +67,7 @@ def bed(here: machine.Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_run_that_failed_goes_on_with_what_is_left(bed: Bed) -> None:
-    """One case that fails costs no other, and that one alone is left."""
+    """A failed case costs no other, and it alone is left."""
     bed.wrong = {"one": OSError("no board")}
     assert bed.run() == 2
     assert bed.runs == [("one", 10), ("two", 10)]
@@ -75,7 +75,7 @@ def test_a_run_that_failed_goes_on_with_what_is_left(bed: Bed) -> None:
 
 
 def test_a_torn_line_costs_its_own_case(bed: Bed) -> None:
-    """What a crash has left half written is measured again, and what follows is kept."""
+    """A half-written result is measured again, and the results after it are kept."""
     bed.run("--only", "one")
     results = bed.folder / "bed/results.jsonl"
     results.write_text(results.read_text()[:-20])
@@ -86,7 +86,7 @@ def test_a_torn_line_costs_its_own_case(bed: Bed) -> None:
 def test_results_of_another_product_or_number_do_not_count(
     bed: Bed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What counts is of the same product and as often repeated as is asked for."""
+    """Only results of the same product count, repeated as often as requested."""
     bed.run("--quick")
     assert bed.left() == ["one", "two"]
     bed.run()
@@ -96,14 +96,14 @@ def test_results_of_another_product_or_number_do_not_count(
 
 
 def test_results_of_another_commit_do_not_count(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A suite's figures are all of one commit."""
+    """All figures of a suite are of one commit."""
     bed.run()
     monkeypatch.setattr(machine, "commit", lambda: "def")
     assert bed.left() == ["one", "two"]
 
 
 def test_what_no_commit_has_counts_for_no_other(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run with changes that were never committed leaves nothing to publish."""
+    """A run with uncommitted changes leaves nothing to publish."""
     monkeypatch.setattr(machine, "commit", lambda: "abc-dirty")
     bed.run()
     assert bed.left() == ["one", "two"]
@@ -119,21 +119,21 @@ def test_what_no_commit_has_counts_for_no_other(bed: Bed, monkeypatch: pytest.Mo
 def test_the_exit_status_says_what_came_of_it(
     bed: Bed, wrong: Exception | None, value: float, status: int
 ) -> None:
-    """It is 0 only where everything was measured and every goal is met."""
+    """It is 0 only if everything was measured and every goal is met."""
     bed.value = value
     bed.wrong = {} if wrong is None else {"two": wrong}
     assert bed.run() == status
 
 
 def test_a_case_that_is_not_there_is_told(bed: Bed, capsys: pytest.CaptureFixture[str]) -> None:
-    """A name that matches nothing measures nothing, and the near one is named."""
+    """A name that matches nothing measures nothing, and the sentence has the nearest name."""
     assert bed.run("--only", "tow") == 2
     assert "did you mean two?" in capsys.readouterr().err
     assert bed.runs == []
 
 
 def test_what_takes_hours_is_asked_for(bed: Bed, capsys: pytest.CaptureFixture[str]) -> None:
-    """A long case runs with --long only; named without, it is said."""
+    """A long case runs with --long only; named without it, the command says so."""
     assert bed.run() == 0
     assert bed.run("--only", "hours") == 2
     assert "hours takes hours; add --long" in capsys.readouterr().err
@@ -142,7 +142,7 @@ def test_what_takes_hours_is_asked_for(bed: Bed, capsys: pytest.CaptureFixture[s
 
 
 def test_what_changes_meanwhile_is_not_kept(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A case during which the tree became another has no result."""
+    """A case during which the tree changed has no result."""
     commits = iter(["abc", "def"])
     monkeypatch.setattr(machine, "commit", lambda: next(commits, "abc"))
     assert bed.run("--only", "one") == 2

@@ -1,4 +1,4 @@
-"""What is published, and the tables that are made of it."""
+"""The published figures, and the tables made from them."""
 
 from __future__ import annotations
 
@@ -44,21 +44,21 @@ def test_nothing_measured_is_said_and_not_summed_up() -> None:
 def test_a_goal_is_met_by_every_repetition_or_missed(
     values: list[float | None], wrong: int, *, met: bool
 ) -> None:
-    """One repetition beyond the goal, without an end, or with what must never happen misses it."""
+    """One repetition beyond the goal, without an end, or with a forbidden event misses it."""
     assert summed("x", "y", "ms", values, 2.0, wrong=wrong).met is met
 
 
 def test_what_was_not_measured_is_neither_met_nor_missed() -> None:
-    """Without a value there is no verdict; nothing counted of nothing is no success."""
+    """Without a value there is no verdict; a count of 0 among 0 is no success."""
     assert judged("x", "y", "ms", {"WAX": None}, 5.0, n=1).met is None
     assert judged("x", "y", "", {"WAX": 24.0}, 25.0, n=1, at_least=True).met is False
     assert not counted("x", "y", 0, of=0).met
 
 
 def test_a_change_of_what_is_measured_is_found(tmp_path: Path) -> None:
-    """The hash follows names and code of the files that the globs match, and no other.
+    """The hash follows names and code of the files that the globs match, and of no others.
 
-    Words do not count, nor do tests beside what they test.
+    Comments do not count, nor do tests next to the code.
     """
     (tmp_path / "page").mkdir()
     (tmp_path / "page/a.py").write_text("1")
@@ -76,7 +76,7 @@ def test_a_change_of_what_is_measured_is_found(tmp_path: Path) -> None:
 
 
 def test_a_table_says_missed_and_where_it_was_measured() -> None:
-    """A missed goal is called missed, an unmeasured one not measured; the origin stands once."""
+    """A missed goal is called missed, an unmeasured one not measured; the origin is there once."""
     lines = to_markdown(
         _published(
             [
@@ -97,7 +97,7 @@ def test_a_table_says_missed_and_where_it_was_measured() -> None:
 
 
 def test_what_was_served_meanwhile_is_said_of_its_rows_only() -> None:
-    """In how many of them, unless it was the same in all."""
+    """The load is given with the number of its rows, unless it was the same in all."""
     alone, crowd, bigger = (
         judged("a", "slow", "ms", {"WAX": 1.0}, n=3, load=load) for load in ("", "five", "nine")
     )
@@ -124,9 +124,9 @@ def _published(rows: list[Row], *, date: str = "2026-11-22") -> Published:
 
 
 def test_the_readme_shows_the_newest_of_each_row() -> None:
-    """Only what is between the markers is set anew; a marker alone, or a row that is gone, is told.
+    """Only the text between the markers is replaced; a single marker or a missing row is an error.
 
-    Where two suites have published one key, the later figure counts.
+    If two suites have published one key, the later figure counts.
     """
     found = [_published([judged(key, key, "ms", {"WAX": 1.0}, n=1) for key in ROWS])]
     found.append(_published([judged(ROWS[0], "newer", "ms", {"WAX": 2.0}, n=1)], date="2026-12-01"))
@@ -142,7 +142,7 @@ def test_the_readme_shows_the_newest_of_each_row() -> None:
 
 
 def test_what_is_published_is_rendered() -> None:
-    """Every table, and the few rows of the README, are made of the files."""
+    """Every table, and the few rows of the README, match the files."""
     assert (FOLDER / "README.md").read_text(encoding="utf-8") == page(PUBLISHED)
     assert with_headline(README, PUBLISHED) == README, "type make measure ARGS=--render"
 

@@ -1,4 +1,4 @@
-"""`make measure`: one commit, unattended, taken up again; what is complete is published."""
+"""`make measure`: one commit, unattended, resumable; complete suites are published."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def bed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bed:
 
 
 def test_the_same_words_go_on_and_publish(bed: Bed, capfd: pytest.CaptureFixture[str]) -> None:
-    """What failed is measured again, nothing else; then the suite and its tables are written."""
+    """Only what failed is measured again; then the suite and its tables are written."""
     bed.say("one", "fails")
     assert bed.run() == 2
     assert bed.runs() == ["one 10", "two 10"]
@@ -90,7 +90,7 @@ def test_the_same_words_go_on_and_publish(bed: Bed, capfd: pytest.CaptureFixture
 
 
 def test_another_commit_ends_the_run(bed: Bed, capfd: pytest.CaptureFixture[str]) -> None:
-    """What was measured on the way is dropped; back on the old commit the run goes on."""
+    """The interrupted measurement is dropped; back on the old commit the run resumes."""
     bed.say("one", "moves")
     assert bed.run() == 2
     assert bed.runs() == ["one 10"]
@@ -121,7 +121,7 @@ def test_a_case_that_hangs_costs_itself(bed: Bed, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_case_ends_with_its_runner(bed: Bed) -> None:
-    """Whoever killed the run is not left with a case that goes on measuring."""
+    """A killed run leaves no case that keeps measuring."""
     bed.say("one", "hangs")
     words = ["e2e.measure.command", "tests.measure.bed", "--only", "one", "--out", str(bed.folder)]
     with subprocess.Popen(
@@ -137,7 +137,7 @@ def test_a_case_ends_with_its_runner(bed: Bed) -> None:
 def test_what_takes_hours_is_listed_when_asked_for(
     bed: Bed, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`--list` says what there is, and measures nothing."""
+    """`--list` lists the cases, and measures nothing."""
     assert bed.run("--list") == 0
     assert "2 cases" in capsys.readouterr().out
     assert bed.run("--list", "--long") == 0
@@ -146,7 +146,7 @@ def test_what_takes_hours_is_listed_when_asked_for(
 
 
 def test_what_no_suite_publishes_any_more_goes(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once every suite is published, files of former suites are removed, and their tables."""
+    """Once every suite is published, the files and tables of former suites are removed."""
     monkeypatch.setattr(runner, "SUITES", {"bed": "tests.measure.bed"})
     bed.run()
     former = bed.folder / "published/former.json"
@@ -157,7 +157,7 @@ def test_what_no_suite_publishes_any_more_goes(bed: Bed, monkeypatch: pytest.Mon
 
 
 def test_changed_suites_are_named(bed: Bed, capsys: pytest.CaptureFixture[str]) -> None:
-    """A suite whose measured files are no longer the same is listed with its commit."""
+    """A suite whose measured files have changed is listed with its commit."""
     bed.run()
     capsys.readouterr()
     bed.run("--changed")

@@ -1,4 +1,4 @@
-"""The ear for words: it knows its own through noise and a gap, and no others."""
+"""The score for speech: it recognises its own words through noise and a gap, and no others."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from e2e.harness.speech import RATE_HZ, in_order, voice
 
 WORDS = voice(12.0)
 LOOPED = np.tile(WORDS, 2)[int(10.3 * RATE_HZ) :][: 4 * RATE_HZ]
-"""Four seconds over the end of the loop."""
+"""Four seconds across the end of the loop."""
 
 
 def test_words_are_known_through_noise_at_half_their_level() -> None:

@@ -1,7 +1,7 @@
-"""``python -m tests.mutants``: what is noticed, file by file, and what is not.
+"""``python -m tests.mutants``: which mutants the tests catch, file by file, and which not.
 
-Exit status: 0 when enough is noticed and every survivor is listed with its reason; 1 when not;
-2 when the tests fail without any fault.
+Exit status: 0 if enough are caught and every survivor is listed with its reason; 1 if not; 2 if the
+tests fail without any fault.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def tried(
     jobs: int = os.cpu_count() or 1,
     trusts_kills: bool = False,
 ) -> list[Outcome]:
-    """Try the mutants of each target and tell of the survivors; raises `TrialError`."""
+    """Try the mutants of each target and report the survivors; raises `TrialError`."""
     outcomes: list[Outcome] = []
     with open_fork_server() as server, tempfile.TemporaryDirectory(prefix="wax-mutants-") as folder:
         kept = Record(record, trusts_kills=trusts_kills)
@@ -78,7 +78,7 @@ def main() -> int:
 
 
 def _judge(outcomes: list[Outcome]) -> int:
-    """Say what is missing; gives the exit status."""
+    """Print what is missing; return the exit status."""
     listed = survivors.read()
     survived = [one for one in outcomes if one.outcome == SURVIVED]
     noticed = sum(one.outcome in {KILLED, NEVER_ENDED} for one in outcomes)

@@ -1,7 +1,7 @@
-"""``python -m tests.mutants.branches``: both ways of each branch are taken, by examples alone.
+"""``python -m tests.mutants.branches``: example tests alone take both ways of each branch.
 
-The same sources as for the mutants, without the tests that try many cases: what is reached only
-by chance counts as not reached. The last line is what `counted` reads. Exit status 1 where a line
+The sources are those of the mutants; tests that try many cases are left out, because a branch
+reached only by chance counts as not reached. `counted` reads the last line. Exit status 1 if a line
 or branch is missed.
 """
 
@@ -31,7 +31,7 @@ def main() -> int:
 def counted() -> tuple[tuple[int, int], tuple[int, int]]:
     """Return how many branches were taken of how many, in Python and in C++.
 
-    In a process of its own: who has mutated the modules has imported them already.
+    It uses a process of its own, because after mutations the modules are already imported.
     """
     done = subprocess.run(
         [sys.executable, "-m", "tests.mutants.branches"],
@@ -51,7 +51,7 @@ def _examples(*, is_cpp: bool) -> list[str]:
 
 
 def python() -> tuple[int, int, int]:
-    """Take the branches of the Python modules: exit status, how many were taken, of how many."""
+    """Take the branches of the Python modules; return exit status, how many were taken, and all."""
     files = [str(ROOT / one.file) for one in TARGETS if not one.is_cpp]
     taken = coverage.Coverage(data_file=None, branch=True, config_file=False, include=files)
     taken.exclude(_FOR_TYPES)
@@ -68,7 +68,7 @@ def python() -> tuple[int, int, int]:
 
 
 def cpp() -> tuple[int, int, int]:
-    """Take the branches of the firmware's core: as `python` does."""
+    """Take the branches of the firmware's core; return what `python` does."""
     tests = [sys.executable, "-m", "pytest", "-q", "--no-header", _FULL, *_examples(is_cpp=True)]
     script = ["sh", ".make/firmware.sh", "coverage", *tests]
     done = subprocess.run(script, cwd=ROOT, check=False, stdout=subprocess.PIPE, text=True)

@@ -1,4 +1,4 @@
-"""The firmware's core as a shared library, whole or with a fault in one of its files."""
+"""The firmware's core as a shared library, unchanged or with a fault in one of its files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tests.mutants.fork_server import NothingToTestError
 from tests.mutants.plan import CORE
 
 _AS_SHIPPED: Final = ("-O2",)
-# What is undefined in C++ ends the program instead of going well by chance.
+# C++'s undefined behaviour ends the program instead of succeeding by chance.
 _WATCHED: Final = ("-O1", "-fsanitize=undefined", "-fsanitize-undefined-trap-on-error")
 _FLAGS: Final = ("-std=c++11", "-fPIC", "-w")
 
 
 def build_whole(tree: Path, out: Path) -> Path:
-    """Compile the core as it is, as shipped, for comparison; raises `CalledProcessError`."""
+    """Compile the core unchanged, for comparison; raises `CalledProcessError`."""
     out.mkdir()
     for source in _sources(tree / CORE):
         _compile(source, out, _AS_SHIPPED)
@@ -25,9 +25,9 @@ def build_whole(tree: Path, out: Path) -> Path:
 
 
 def build(tree: Path, file: str, source: str, out: Path, whole: Path | None) -> Path:
-    """Build the library with another source for one file; gives its path.
+    """Build the library with another source for one file; return its path.
 
-    `whole` is what `build_whole` has made, to compare with. Raises `NothingToTestError` where the
+    `whole` is the result of `build_whole`, to compare with. Raises `NothingToTestError` if the
     compiler says that the source is no program, or the same one.
     """
     firmware = tree / "server/firmware"

@@ -1,6 +1,6 @@
-"""The same faults in C++, token by token; the compiler sorts out what is no program.
+"""The same faults in C++, token by token; the compiler rejects those that are no programs.
 
-It also tells what is no fault: a mutant that becomes the same machine code is none.
+It also shows which are no faults: a mutant with the same machine code is none.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class _Token:
 
 
 def faults(file: str, source: str) -> list[Mutant]:
-    """Give every mutant of a source, in the order of its lines, whether it compiles or not."""
+    """Return every mutant of a source, in the order of its lines, whether it compiles or not."""
     tokens = [
         _Token(match.lastgroup or "", match.group(), match.start())
         for match in _TOKEN.finditer(source)
@@ -95,7 +95,7 @@ def _of_tokens(tokens: list[_Token]) -> Iterator[Change]:
 
 
 def _of_conditions(tokens: list[_Token]) -> Iterator[Change]:
-    """Turn each condition round, and leave out each of its parts."""
+    """Negate each condition, and leave out each of its parts."""
     for at, token in enumerate(tokens):
         if token.text in _CONDITIONAL:
             end = _closing(tokens, at + 1)
@@ -127,7 +127,7 @@ def _without_a_side(tokens: list[_Token], at: int) -> Iterator[Change]:
 
 
 def _of_statements(tokens: list[_Token]) -> Iterator[Change]:
-    """Leave out each statement, and let each result be the least one."""
+    """Leave out each statement, and replace each result by the least one."""
     begin, depth = 0, 0
     for at, token in enumerate(tokens):
         depth += (token.text == "(") - (token.text == ")")
@@ -143,7 +143,7 @@ def _of_statements(tokens: list[_Token]) -> Iterator[Change]:
 
 
 def _after_heads(tokens: list[_Token], begin: int, end: int) -> int:
-    """Step over `if (…)` and `else` before a statement without braces."""
+    """Skip `if (…)` and `else` before a statement without braces."""
     while begin < end:
         if tokens[begin].text in {"if", "while", "for"}:
             begin = _closing(tokens, begin + 1) + 1
@@ -175,7 +175,7 @@ def _one_more(number: str) -> str:
 
 
 def _within(source: str, at: int) -> str:
-    """Name the function that is defined last before a place."""
+    """Return the name of the last function defined before a place."""
     found = ""
     for match in _FUNCTION.finditer(source):
         if match.start() > at:

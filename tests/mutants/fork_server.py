@@ -1,8 +1,8 @@
-"""A fork server: runs tests in processes that have loaded what they all need.
+"""A fork server: runs tests in processes that have already loaded what all tests need.
 
 So a mutant costs the time of its tests and little more. The tests see a copy of the tree, and the
-mutated module takes the place of the real one as it is imported: no file is changed, and the tree
-may be worked on meanwhile. Hypothesis draws the same examples for all and shrinks no failure.
+mutated module replaces the real one when it is imported: no file changes, and the tree may be
+edited meanwhile. Hypothesis draws the same examples for all and shrinks no failure.
 """
 
 from __future__ import annotations
@@ -57,11 +57,11 @@ _OPTIONS: Final = (
 )
 _MEMORY_BYTES: Final = 4 << 30
 PASSED, FAILED, BROKEN, NOTHING_TO_TEST, TIMED_OUT = 0, 1, 70, 71, -1000
-"""How a run ends: as pytest says, but for the last three."""
+"""How a run ends: as pytest says, except for the last three."""
 
 
 class NothingToTestError(Exception):
-    """What was prepared is no other program."""
+    """The prepared source is no different program."""
 
 
 class ForkServer:
@@ -80,9 +80,9 @@ class ForkServer:
         wall_s: float,
         log: Path,
     ) -> int:
-        """Begin to run tests after `prepare`, both in a process of their own; give its number.
+        """Start running tests after `prepare`, both in a process of their own; return its id.
 
-        `cpu_s` is the most that it may reckon, `wall_s` the most that it may take.
+        `cpu_s` is the most processor time that it may use, `wall_s` the longest that it may take.
         """
         run = os.fork()
         if run == 0:
@@ -91,7 +91,7 @@ class ForkServer:
         return run
 
     def wait(self) -> tuple[int, int, float]:
-        """Wait until a run ends; give its number, how it ended, and the seconds it reckoned."""
+        """Wait until a run ends; return its id, how it ended, and its processor time in s."""
         while True:
             run, status, used = os.wait4(-1, os.WNOHANG)
             if run:
@@ -99,7 +99,7 @@ class ForkServer:
             for late in [run for run, end_s in self._ends_s.items() if end_s < time.monotonic()]:
                 _kill(late)
             time.sleep(0.01)
-        _kill(run)  # what it may have started
+        _kill(run)  # the processes that it may have started
         del self._ends_s[run]
         code = os.waitstatus_to_exitcode(status)
         timed_out = code in {-signal.SIGKILL, -signal.SIGXCPU}
@@ -143,7 +143,7 @@ def open_fork_server() -> Iterator[ForkServer]:
 
 
 def use_source(module: str, source: str, tree: Path) -> None:
-    """Let this process import a module from this source."""
+    """Make this process import a module from this source."""
     sys.meta_path.insert(0, _MutatedModule(module, source, tree))
 
 
@@ -161,11 +161,11 @@ def _run(
         resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         os.chdir(tree)
-        # What the tests leave, killed or not, goes with the tree.
+        # Files that the tests leave behind, killed or not, disappear with the tree.
         tempfile.tempdir = os.environ["TMPDIR"] = str(tree)
         sys.path[:0] = [str(tree), str(tree / "server")]
         prepare()
-        # One of its own: pytest's search among the others' fails if they go meanwhile.
+        # A folder of its own: pytest's search fails if other runs' folders disappear meanwhile.
         own = f"--basetemp={tree / f'tmp-{os.getpid()}'}"
         code = int(pytest.main([*_OPTIONS, own, *tests]))
     except NothingToTestError:
@@ -178,7 +178,7 @@ def _run(
 
 
 class _MutatedModule(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Gives one module another source; all else about it stays."""
+    """Gives one module another source; everything else about it is unchanged."""
 
     def __init__(self, module: str, source: str, tree: Path) -> None:
         self._module = module

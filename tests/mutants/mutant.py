@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Mutant:
-    """A whole source with one fault in it, and what differs for people to read.
+    """A whole source with one fault in it, and the difference for people to read.
 
     `before` and `after` are the lines that differ, from `line` on, without their indentation and
-    line ends; `within` is the function or class that holds them, empty at the top level.
+    line ends; `within` is the function or class that contains them, empty at the top level.
     """
 
     file: str
@@ -22,7 +22,7 @@ class Mutant:
 
     @property
     def name(self) -> tuple[str, str, str, str]:
-        """What stays the same when other lines of the file change."""
+        """The identity that survives changes of other lines of the file."""
         return self.file, self.within, self.before, self.after
 
     def __str__(self) -> str:
@@ -30,7 +30,7 @@ class Mutant:
 
 
 def splice(file: str, source: str, within: str, span: tuple[int, int], new: str) -> Mutant:
-    """Replace what a source has from the first place of a span to the second."""
+    """Return the mutant in which `new` replaces the text between the places of `span`."""
     start, end = span
     first = source.rfind("\n", 0, start) + 1
     last = source.find("\n", end)

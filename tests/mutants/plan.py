@@ -1,7 +1,7 @@
-"""Which sources are put to the test, and by which tests.
+"""Which sources are mutated, and which tests must catch the mutants.
 
-A mutant is run against its own tests in the order given here, and no further than the first that
-fails: the quick ones come first. Only they count, so each module is held by the tests that mean it.
+A mutant is run against its own tests in the order given here, until the first failure: the quick
+ones come first. Only these tests count, so each module is held by the tests written for it.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import Final
 ROOT: Final = Path(__file__).resolve().parents[2]
 
 ACCEPTED: Final = 0.95
-"""At least so many of all mutants must be noticed."""
+"""At least this fraction of all mutants must be caught."""
 
 CORE: Final = "server/firmware/wax/src/core"
 
 _LONG: Final = ("properties", "black_channel", "hand_over")
-"""Parts of the names of tests that try many cases, and take as long."""
+"""Parts of the names of slow tests, which try many cases."""
 
 _GATE: Final = ("test_gate", "test_lying_page", "test_gate_properties", "test_black_channel")
 _LOOP: Final = ("test_control_loop", "test_controls_loop")
@@ -86,7 +86,7 @@ _CORE_FILES: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A source, and the tests that must notice what is wrong with it."""
+    """A source, and the tests that must catch its faults."""
 
     file: str
     tests: tuple[str, ...]
@@ -97,12 +97,12 @@ class Target:
 
     @property
     def module(self) -> str:
-        """Name it as Python does."""
+        """The module's name in Python."""
         return self.file.removeprefix("server/").removesuffix(".py").replace("/", ".")
 
     @property
     def examples(self) -> tuple[str, ...]:
-        """Those of its tests that are quick."""
+        """The quick ones of its tests."""
         return tuple(test for test in self.tests if not any(part in test for part in _LONG))
 
     @property

@@ -1,8 +1,7 @@
 """Faults in Python: each comparison, boundary, sum, condition, constant, result and statement.
 
-Text is left alone: what a sentence says is no decision. So are decorators, annotations and what
-only the type checker sees. Of the faults that are left, those that compile to the same code are
-none.
+Text is left alone: the words of a sentence are no decision. So are decorators, annotations and code
+for the type checker only. A mutant that compiles to the same code is none.
 """
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ _DELETABLE: Final = (
 
 
 def faults(file: str, source: str) -> list[Mutant]:
-    """Give every mutant of a module, in the order of its lines, none twice."""
+    """Return every mutant of a module, in the order of its lines, without duplicates."""
     plain = _code(source)
     found = {mutant.source: mutant for mutant in _Faults(file, source).all()}
     return sorted(
@@ -69,7 +68,7 @@ def faults(file: str, source: str) -> list[Mutant]:
 
 
 def _code(source: str) -> bytes:
-    """Give all that the interpreter gets to see, but for where it stood."""
+    """Return all that the interpreter sees, without line numbers."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.AnnAssign | ast.arg):
@@ -106,7 +105,7 @@ class _Faults:
             yield from self._in(child, within)
 
     def _children(self, node: ast.AST) -> Iterator[ast.AST]:
-        """Give what may be mutated below a node."""
+        """Yield the nodes below a node that may be mutated."""
         skipped: list[ast.AST | None] = []
         if isinstance(node, _FUNCTIONS):
             skipped = [*node.decorator_list, node.returns]
@@ -127,7 +126,7 @@ class _Faults:
         return splice(self._file, self._source, within, (start, end), new)
 
     def _span(self, node: ast.AST) -> tuple[int, int]:
-        """Give the bytes of a node."""
+        """Return the bytes of a node."""
         assert isinstance(node, ast.expr | ast.stmt | ast.keyword)
         assert node.end_lineno is not None
         assert node.end_col_offset is not None
@@ -137,7 +136,7 @@ class _Faults:
         )
 
     def _changes(self, node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
-        """Give what may stand in the place of a node: its new text, and what that replaces."""
+        """Yield the replacements of a node: the new text, and the node that it replaces."""
         if isinstance(node, ast.expr):
             for text in _expressions(node):
                 yield f"({text})" if text else text, node
@@ -148,7 +147,7 @@ class _Faults:
         if isinstance(node, ast.AugAssign) and type(node.op) in _ARITHMETIC:
             other = ast.AugAssign(node.target, _ARITHMETIC[type(node.op)](), node.value)
             yield ast.unparse(other), node
-        # A result that is the last word of its function has been left out above.
+        # A result at the end of its function has been left out above.
         is_result = isinstance(node, ast.Return) and id(node) in self._ends
         if id(node) in self._in_function and _is_deletable(node) and not is_result:
             yield "pass", node
@@ -214,12 +213,12 @@ def _is_deletable(node: ast.AST) -> bool:
 
 
 def _is_true_or_false(node: ast.expr | None) -> bool:
-    """Tell whether None would mean the same as it, or as its opposite."""
+    """Return whether None would mean the same as this expression, or as its opposite."""
     return node is None or (isinstance(node, ast.Constant) and isinstance(node.value, bool))
 
 
 def _is_union(node: ast.expr) -> bool:
-    """Tell whether it names types, `A | B`, and reckons nothing."""
+    """Return whether it is a union of types, `A | B`, and not a computation."""
     match node:
         case ast.BinOp(op=ast.BitOr()):
             return _is_union(node.left) and _is_union(node.right)

@@ -1,4 +1,4 @@
-"""What became of each mutant: kept line by line, so that a run that was ended goes on."""
+"""The outcome of each mutant, kept line by line, so that an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tests.mutants.plan import Target
 
 KILLED, NEVER_ENDED, SURVIVED, NONE = "killed", "never ended", "survived", "none"
-"""The tests noticed it; it never ended; they did not; it is no fault, or no program."""
+"""Caught by the tests; never ended; not caught; no fault; or no program."""
 
 _EVIDENCE: Final = (
     "server/wax/control",
@@ -29,7 +29,7 @@ _READ: Final = {".py", ".json", ".h", ".cpp"}
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """`digest` stands for the faulty source, `evidence` for all else that it was tested with."""
+    """`digest` identifies the faulty source, `evidence` everything else that it was tested with."""
 
     file: str
     line: int
@@ -50,10 +50,10 @@ class Outcome:
 
 
 class Record:
-    """The outcomes in a file.
+    """The outcomes in a file. An old one counts if nothing has changed.
 
-    An old one counts where all is as it was. With `trusts_kills` what was noticed once is taken
-    to be noticed still: right after tests were added, wrong after some were taken away.
+    With `trusts_kills` a mutant that was caught once counts as caught: right after tests were
+    added, wrong after some were removed.
     """
 
     def __init__(self, path: Path, *, trusts_kills: bool) -> None:
@@ -66,7 +66,7 @@ class Record:
             self._known[old.digest] = old
 
     def find(self, mutant: Mutant, evidence: str) -> Outcome | None:
-        """Give what became of a mutant, if that still holds."""
+        """Return the outcome of a mutant, if it still holds."""
         old = self._known.get(digest(mutant))
         if old is None or old.name != mutant.name:
             return None
@@ -93,7 +93,7 @@ def digest(mutant: Mutant) -> str:
 
 
 def evidence_of(target: Target, tree: Path) -> str:
-    """Stand for the tests of a target, and for all beside it that they look at."""
+    """Return a hash of a target's tests, and of everything else that they read."""
     found = hashlib.sha256(repr(target.tests).encode())
     folders = [(tree / folder).rglob("*") for folder in _EVIDENCE]
     beside = (tree / target.file).parent
@@ -106,7 +106,7 @@ def evidence_of(target: Target, tree: Path) -> str:
 
 
 def to_table(outcomes: Iterable[Outcome]) -> str:
-    """Say how many were noticed, file by file."""
+    """Return how many mutants were caught, file by file."""
     by_file: dict[str, Counter[str]] = {}
     for one in outcomes:
         by_file.setdefault(one.file, Counter())[one.outcome] += 1

@@ -1,4 +1,4 @@
-"""The suite about the tests of what keeps the robot standing: mutants, and branches."""
+"""The suite about the tests of the code that stops the robot: mutants, and branches."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ALL: Final = 1_000_000
 
 
 def mutants(n: int) -> list[Row]:
-    """Draw `n` of all, other ones at each commit; what survives must be listed with its reason."""
+    """Draw `n` mutants, others at each commit; survivors must be listed with their reason."""
     every = [(target, mutant) for target in TARGETS for mutant in mutants_of(target)]
     drawn = random.Random(machine.commit()).sample(every, min(n, len(every)))
     wanted = {

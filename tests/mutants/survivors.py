@@ -1,4 +1,4 @@
-"""The mutants that no test can notice, each with the reason why."""
+"""The mutants that no test can catch, each with the reason."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Survivor:
 
 
 def read(path: Path = LIST) -> list[Survivor]:
-    """Read the list; raises `ValueError` where an entry has no reason or is there twice."""
+    """Read the list; raises `ValueError` if an entry has no reason or is there twice."""
     entries = tomllib.loads(path.read_text(encoding="utf-8")).get("survivor", [])
     found = [Survivor(**entry) for entry in entries]
     for one in found:
@@ -41,13 +41,13 @@ def read(path: Path = LIST) -> list[Survivor]:
 
 
 def unlisted(survived: list[Outcome], listed: list[Survivor]) -> list[Outcome]:
-    """Give those that have survived without a reason."""
+    """Return the survivors that are not listed."""
     names = {one.name for one in listed}
     return [one for one in survived if one.name not in names]
 
 
 def outdated(outcomes: list[Outcome], survived: list[Outcome], listed: list[Survivor]) -> list[str]:
-    """Give the entries for files that were tested of which no such mutant survives any more."""
+    """Return the entries for tested files that match no survivor any more."""
     tested = {one.file for one in outcomes}
     names = {one.name for one in survived}
     return [

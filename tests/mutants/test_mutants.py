@@ -1,4 +1,4 @@
-"""What faults are put in, and that the tool tells a test that notices from one that does not."""
+"""Which faults are inserted, and that the tool distinguishes good tests from bad ones."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def changes(mutants: list[Mutant]) -> set[str]:
 
 
 def test_faults_in_python() -> None:
-    """Each kind of fault is put in where it can be, and every mutant is a program of its own."""
+    """Each kind of fault is inserted where it can be, and every mutant is a different program."""
     found = python_faults.faults("x.py", PYTHON)
     assert changes(found) == {
         "3 : LIMIT = (4)",
@@ -105,7 +105,7 @@ def outcome(number: int, outcome: str) -> Outcome:
 
 
 def test_the_list_of_survivors_is_exact() -> None:
-    """A survivor without a reason is told, and so is a reason without a survivor."""
+    """A survivor without a reason is reported, and so is a reason without a survivor."""
     outcomes = [outcome(1, SURVIVED), outcome(2, SURVIVED), outcome(3, KILLED)]
     listed = [survivors.Survivor("x.py", "f", f"a{n}", "b", "Why.") for n in (1, 3)]
     listed.append(survivors.Survivor("other.py", "f", "a1", "b", "Not tested here."))
@@ -115,7 +115,7 @@ def test_the_list_of_survivors_is_exact() -> None:
 
 
 def test_a_condition_that_calls_is_no_function() -> None:
-    """A fault behind one is named by the function that it stands in."""
+    """A fault after such a condition is named by the function that contains it."""
     source = "int f(int a) {\n    if (g(a)) {\n        a = 1;\n    }\n    return a < 2;\n}\n"
     assert {one.within for one in cpp_faults.faults("x.cpp", source)} == {"f"}
 
@@ -148,13 +148,13 @@ def test_a_survivor_needs_a_reason(tmp_path: Path) -> None:
 
 
 def test_the_share_counts_all_that_is_a_fault() -> None:
-    """What never ends was noticed; what survives counts against it, listed or not."""
+    """A mutant that never ends was caught; a survivor counts against the share, listed or not."""
     outcomes = [outcome(1, KILLED), outcome(2, NEVER_ENDED), outcome(3, SURVIVED)]
     assert to_table(outcomes).splitlines()[-1].split() == ["all", "3", "2", "1", "66.7%"]
 
 
 def test_what_is_on_record_counts_while_all_is_the_same(tmp_path: Path) -> None:
-    """Other tests make an old outcome void; a kill may be trusted on demand, a survivor never."""
+    """Changed tests make an old outcome void; a kill may be trusted on demand, a survivor never."""
     path = tmp_path / "record.jsonl"
     killed, survived = python_faults.faults("x.py", "A = 1\nB = 2\n")
     record = Record(path, trusts_kills=False)
@@ -171,7 +171,7 @@ def test_what_is_on_record_counts_while_all_is_the_same(tmp_path: Path) -> None:
 
 
 def test_a_small_module_from_end_to_end(tmp_path: Path) -> None:
-    """The faults of the smallest target are all noticed, and nothing of the tree has changed."""
+    """The faults of the smallest target are all caught, and nothing in the tree has changed."""
     target = ROOT / "server/wax/control/stopping_distance.py"
     before = target.read_bytes()
     record = tmp_path / "record.jsonl"

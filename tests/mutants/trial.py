@@ -1,4 +1,4 @@
-"""Puts the mutants of one source to the test, several at once."""
+"""Tests the mutants of one source, several at once."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LIBRARY: Final = "WAX_FIRMWARE_LIBRARY"
 
 
 class TrialError(Exception):
-    """The mutants cannot be tested; the text says why and shows what the tests said."""
+    """The mutants cannot be tested; the text says why and shows the tests' output."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class _Pending:
 
 
 class Bench:
-    """Tests mutants in `server`, `jobs` at once, with room for what they write in `folder`."""
+    """Tests mutants in `server`, `jobs` at once, which write to `folder`."""
 
     def __init__(self, server: ForkServer, record: Record, folder: Path, *, jobs: int) -> None:
         self._server = server
@@ -70,7 +70,7 @@ class Bench:
         return [outcome for outcome in found.values() if outcome is not None]
 
     def _without_a_fault(self, target: Target) -> float:
-        """Run the tests on the source as it is; gives what they reckon."""
+        """Run the tests on the unchanged source; return their processor time."""
         source = (self._server.tree / target.file).read_text(encoding="utf-8")
         folder = self._room()
         self._start(target, source, folder, compare=False)
@@ -92,7 +92,7 @@ class Bench:
             target.tests,
             prepare,
             cpu_s=5 + 3 * cpu_s,
-            wall_s=20 + 10 * cpu_s,  # a machine that has other work to do, too
+            wall_s=20 + 10 * cpu_s,  # a machine that also has other work
             log=folder / "log",
         )
 
@@ -111,13 +111,13 @@ class Bench:
 
 
 def _outcome(code: int, done: _Pending) -> str:
-    """Say what an exit code means; raises `TrialError` where it is no fault of the mutant's."""
+    """Return the meaning of an exit code; raises `TrialError` if it is not the mutant's fault."""
     if code == BROKEN:
         raise TrialError(f"{done.mutant} could not be tested:\n{_said(done.folder)}")
     if code in _OUTCOMES:
         return _OUTCOMES[code]
-    # A signal ended the tests. Whatever else pytest says, it came to no test, as after an import
-    # that fails: this is no program, as a compiler would say.
+    # A signal ended the tests. Any other code means that pytest reached no test, as after a failed
+    # import: this is no program, as a compiler would say.
     return KILLED if code < 0 else NONE
 
 

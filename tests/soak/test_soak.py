@@ -1,4 +1,4 @@
-"""What viewers leave behind: nothing."""
+"""Viewers leave nothing behind."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @pytest.mark.full
 @pytest.mark.timeout(240)
 async def test_half_a_minute_of_coming_and_going_leaves_nothing() -> None:
-    """Threads, descriptors and tasks are as many as before, while somebody drove throughout."""
+    """There are as many threads, descriptors and tasks as before; somebody drove throughout."""
     found = await soak(30.0)
     assert found.joins >= 10
     assert len(found.samples) >= 10
@@ -31,7 +31,7 @@ async def test_half_a_minute_of_coming_and_going_leaves_nothing() -> None:
 @pytest.mark.full
 @pytest.mark.timeout(1800)
 async def test_a_thousand_who_joined_and_left_leave_nothing() -> None:
-    """No thread, descriptor or task, and no memory."""
+    """No thread, descriptor or task is left, and no memory."""
     async with serving(WAX) as server, gathered(server.offering) as crowd:
         leaked_mib, left = await come_and_go(server, crowd, 1000 // BATCHES)
     assert left == 0
@@ -48,7 +48,7 @@ def _soaked(last_mib: float, last_ms: float | None, *, left: int = 0, stops: int
 
 
 def test_what_has_not_grown_is_met() -> None:
-    """Two MiB and five milliseconds are within what a machine's own unrest explains."""
+    """A machine's own variation explains two MiB and five milliseconds."""
     assert all(row.met for row in rows(_soaked(102.0, 55.0)))
 
 
@@ -67,7 +67,7 @@ def test_what_grows_or_is_left_is_missed(found: Soaked, missed: str) -> None:
 
 
 class Fingers:
-    """An operator's hand, whose presses are counted."""
+    """An operator whose presses are counted."""
 
     held = False
     presses = 0
@@ -86,7 +86,7 @@ YES: dict[str, Any] = {"moving": True, "reason": None}
 
 
 async def test_only_what_stops_by_itself_is_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once each, with its first reason: standstill before and between presses is the hand's own."""
+    """Each stop counts once, with its first reason; standing before a press does not count."""
     monkeypatch.setattr("e2e.strangers.soak._PRESS_S", 0.0)
     fingers, stops = Fingers(), list[str]()
     hand = Hand(cast("Operator", fingers), stops)

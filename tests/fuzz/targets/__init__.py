@@ -1,1 +1,1 @@
-"""One module for each way in: pages, offers, the network, the serial line, files."""
+"""One module for each entrance: pages, offers, the network, the serial line, files."""

@@ -1,4 +1,4 @@
-"""The configuration: whatever a file holds, the settings or a sentence about it."""
+"""The configuration: any file's content becomes settings or a sentence about it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _hear(data: bytes) -> None:
 
 
 def _sections() -> tuple[bytes, ...]:
-    """Return the manual's sections without its comments: all keys, in pieces that mutate well."""
+    """Return the manual's sections without comments: all keys, in pieces that mutate well."""
     lines = [line.split(b"  #")[0].rstrip() for line in _MANUAL.splitlines()]
     kept = b"\n".join(line for line in lines if line and not line.startswith(b"#"))
     return tuple(b"[" + part for part in kept.split(b"\n[") if part)
@@ -50,5 +50,5 @@ CONFIG: Final = Target(
         b"a." * 40, b"\xef\xbb\xbf",
     ),
     max_bytes=2048,
-    steps=5_000_000,  # the host's own, once: what is like a wrong key is searched for
+    steps=5_000_000,  # the host's own file, once: a wrong key is compared with all others
 )  # fmt: skip

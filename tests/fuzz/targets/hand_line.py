@@ -1,7 +1,7 @@
-"""The line of a hand control aboard, up to what its rules make of it.
+"""The line of a hand control aboard, with the rules that interpret it.
 
-Anybody may write on the line; so the person may seem to drive, but only by a reading that our own
-decoder has found, and after one at rest.
+Anybody may write on the line, so the person may seem to drive, but only by a reading that our own
+decoder found, and after one at rest.
 """
 
 from __future__ import annotations

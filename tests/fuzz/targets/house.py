@@ -1,4 +1,4 @@
-"""What comes in by MQTT: a topic's name and its payload, whoever may publish there."""
+"""Incoming MQTT: a topic's name and its payload, whoever may publish there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Datagrams: RTCP of an admitted page as aiortc and we read it, and STUN of anybody at all."""
+"""Datagrams: an admitted page's RTCP, read by aiortc and by us, and STUN from anybody."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _PICTURE: Final = 0x22222222
 _A_TIME: Final = 8
 """Packets sent between two datagrams of the page."""
 _DATAGRAMS: Final = 8
-"""So many of one input are heard: the smallest cost more here than their bytes may."""
+"""The most datagrams of one input: the smallest cost more here than their bytes may."""
 
 
 class Transport(RTCDtlsTransport):
@@ -68,7 +68,7 @@ class Transport(RTCDtlsTransport):
 
 
 class _Stock:
-    """What our senders take over from aiortc's."""
+    """The parts that our senders take over from aiortc's."""
 
     _rtx_ssrc = 3
     _track_id = "x"
@@ -85,7 +85,7 @@ class _Lane:
 
 
 class _Page:
-    """Both senders of a peer, some packets in flight, and what is made of the page's answers."""
+    """Both senders of a peer, some packets in flight, and the handling of the page's answers."""
 
     def __init__(self) -> None:
         self.clock = TurnedClock(100.0)
@@ -150,7 +150,7 @@ def _datagrams(data: bytes) -> Iterator[bytes]:
     at = 0
     while at < len(data):
         end = at + 1 + 4 * data[at]
-        if len(one := data[at + 1 : end]) > 1:  # an encrypted one is longer
+        if len(one := data[at + 1 : end]) > 1:  # an encrypted datagram is longer
             yield one
         at = end
 
@@ -219,7 +219,7 @@ class _Receiver:
 
 
 class _Protocol(aioice.ice.StunProtocol):
-    """One socket's handling of datagrams, without the event loop that it asks for."""
+    """One socket's handling of datagrams, without the event loop that it needs."""
 
     def __init__(self) -> None:
         self.id = 1
@@ -261,7 +261,7 @@ STUN: Final = Target(
 
 
 class _Meter:
-    """Charges nobody, for which it would need the event loop."""
+    """Charges nobody: charging would need the event loop."""
 
     is_open = True
 
@@ -269,7 +269,7 @@ class _Meter:
 
 
 class _Viewer:
-    """A peer of the one port, as far as it needs no event loop."""
+    """A peer of the one port, as far as it works without an event loop."""
 
     meter = cast("Any", _Meter())
     has_room = is_quiet = True
@@ -282,12 +282,12 @@ class _Viewer:
     def handle_stun(self, message: aioice.stun.Message, path: Path) -> None:
         self.agent.handle_request(message, path, 0.0)
         self.agent.handle_response(message, path, 0.0)
-        assert self.agent.selected is None  # nothing but an answer to our random check does that
+        assert self.agent.selected is None  # only an answer to our random check does that
 
     def handle_datagram(self, data: bytes, path: Path) -> None: ...
 
     def try_stray(self, data: bytes, path: Path) -> None:
-        assert data[0] == 23  # what is under the keys of DTLS, and nothing else
+        assert data[0] == 23  # the packets inside DTLS's encryption, and nothing else
 
     def lose_path(self, path: Path) -> None: ...
 

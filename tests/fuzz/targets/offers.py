@@ -1,4 +1,4 @@
-"""Session descriptions: what passes our checks goes through aiortc's parser, as in a peer."""
+"""Session descriptions: those that pass our checks go through aiortc's parser, as in a peer."""
 
 from __future__ import annotations
 
@@ -67,7 +67,8 @@ def _hear(data: bytes) -> None:
     try:
         SessionDescription.parse(offer)
     except Exception:
-        # `Peer.answer` makes one error of all that this parser raises; that it ends soon is asked.
+        # `Peer.answer` turns all that this parser raises into one error; here it must only end
+        # soon.
         return
 
 

@@ -1,4 +1,4 @@
-"""What a page sends: rows, JSON, and bodies of HTTP; from one who does not drive nothing moves."""
+"""A page's messages: rows, JSON, and HTTP bodies; nobody without the turn moves the robot."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _SETTLE_S: Final = 0.2
 _SCENE_STEPS: Final = 150_000
 _GZIP: Final = b"\x1f\x8b"
-"""What a body begins with that is said to be packed (RFC 1952, 2.3.1)."""
+"""The first bytes of a body that claims to be compressed (RFC 1952, 2.3.1)."""
 
 
 class _Peer(FakePeer):
@@ -37,7 +37,7 @@ class _Peer(FakePeer):
 
 
 def _scene() -> tuple[Rig, FakePeer, FakePeer]:
-    """One drives and holds nothing; the other, who is second in the queue, is hostile."""
+    """One viewer drives and holds nothing; the other, who is second in the queue, is hostile."""
     with pytest.MonkeyPatch.context() as patch:
         fake_peers(patch, _Peer)
         rig = Rig({"turns": {"turn_s": 600.0}})

@@ -1,4 +1,4 @@
-"""Chunks of SCTP from an admitted page, as aiortc and our bounds handle one packet of them."""
+"""An admitted page's SCTP chunks, as aiortc and our bounds handle one packet of them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _HEADER_BYTES: Final = 12
 
 
 class _Transport:
-    """A DTLS transport that is connected to nobody."""
+    """A DTLS transport without a connection."""
 
     state = "connected"
 
@@ -38,7 +38,7 @@ class _Transport:
 
 
 class _Chunks(Chunk):
-    """Bytes in the place of chunks: the header and the sum over all are right."""
+    """Bytes in place of chunks, with a right header and checksum."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data

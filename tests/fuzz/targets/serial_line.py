@@ -1,7 +1,7 @@
 """The serial line: reports as the server reads them, and every frame as the board does.
 
-Anybody who writes on the line may also say hello; so the board may move, but only by a drive or an
-axis that it took, and that our own decoder reads in the same bytes.
+Anybody who writes on the line may also send a hello, so the board may move; but only by a drive or
+an axis that it accepted, and that our own decoder finds in the same bytes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from wax.robot.wheels import WheelMixer
 _SESSION: Final = 0x1234
 _BEGAN_S: Final = 100.0
 _PIECE: Final = 7
-"""A line delivers bytes as they come, in pieces that know nothing of frames."""
+"""A line delivers bytes in pieces that do not respect frames."""
 
 
 def _pieces(data: bytes) -> list[bytes]:
@@ -40,14 +40,14 @@ def _pieces(data: bytes) -> list[bytes]:
 
 
 def _hear_server(data: bytes) -> None:
-    """Let a board report anything; a motion is only said while it answers."""
+    """Let a board report anything; a motion is only reported while it answers."""
     decoder = Decoder(_SESSION)
     whole = Decoder(_SESSION).feed(data)
     assert whole == [frame for piece in _pieces(data) for frame in decoder.feed(piece)]
     settings = RobotSettings()
     dialect = FramesDialect(WheelMixer(settings), 200, ("pan",), Odometry(settings))
     dialect.hello(_BEGAN_S)
-    # It draws a session by chance; with that no stored input would be heard again.
+    # It draws a random session, with which no stored input would be accepted again.
     dialect._session, dialect._decoder = _SESSION, Decoder(_SESSION)
     order = Order(Twist(0.5, 0.0), 1, axes=(("pan", 0.5),))
     now_s = _BEGAN_S
@@ -128,7 +128,7 @@ SERIAL: Final = Target(
     ),
     words=_WORDS,
     max_bytes=400,
-    steps=200_000,  # what lines of a few bytes cost, at most
+    steps=200_000,  # the most that lines of a few bytes cost
 )
 
 FIRMWARE: Final = Target(

@@ -1,6 +1,6 @@
-"""Tapes of others, cut or damaged ones: what can be read of them, or one sentence with their name.
+"""Others' tapes, truncated or damaged: what can be read, or one sentence that names the file.
 
-What a browser gets of them is JSON that it can count with, and a copy that is whole.
+A browser gets JSON with valid numbers, and a complete copy.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ def _media(codec: Codec) -> bytes:
 
 
 def _records() -> bytes:
-    """Return what is packed in the first piece of a tape."""
+    """Return the compressed records in the first piece of a tape."""
     reader = StreamReader(BytesIO(EVENTS.seeds[0]), emit_chunks=True)
     chunk = next(one for one in reader.records if isinstance(one, Chunk))
     return zstandard.decompress(chunk.data)
 
 
 def _packed(data: bytes) -> bytes:
-    """Return a tape that is cut off after one piece with these records, whatever they are."""
+    """Return a tape that is truncated after one piece with these records, whatever they are."""
     builder = RecordBuilder()
     Metadata(METADATA, {VERSION: str(FORMAT), ORIGIN: str(10**18)}).write(builder)
     Chunk(

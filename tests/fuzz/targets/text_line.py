@@ -1,4 +1,4 @@
-"""Lines from a board that the host describes: whatever comes, only answers let the robot move."""
+"""Lines from a board that the host describes: only proper answers let the robot move."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _STOP: Final = b"m 0 0"
 
 
 def _hear(data: bytes) -> None:
-    """Let a board say anything; a motion is only said while it answers."""
+    """Let a board send anything; a motion is only reported while it answers."""
     dialect = TextDialect(_SETTINGS, WheelMixer(_SETTINGS), Limits(0.6, 1.5))
     order = Order(Twist(0.5, 0.0), 1)
     now_s = 100.0
@@ -73,5 +73,5 @@ TEXT: Final = Target(
     ),
     words=(b"OK\r", b"\r", b"\n", b"-", b".", b"9" * 12, b" ", b"V=", b"\xff", b"x" * 128),
     max_bytes=600,
-    steps=200_000,  # what lines of a few bytes cost, at most
+    steps=200_000,  # the most that lines of a few bytes cost
 )

@@ -1,4 +1,4 @@
-"""Cookies and tokens: whatever a browser shows, nobody is let in who was not given them."""
+"""Cookies and tokens: whatever a browser presents, only those who were given one are admitted."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ID: Final = _ACCESS.enter(_INVITATION, "ann").id
 
 
 def _hear(data: bytes) -> None:
-    # As aiohttp hands a header's bytes on.
+    # As aiohttp passes on a header's bytes.
     text = data.decode("utf-8", "surrogateescape")
     visitor = _ACCESS.visitor(Shown(identity=text, host=text), "192.0.2.1")
     assert visitor.is_host is (text == _HOST), "somebody became the host"
@@ -82,7 +82,7 @@ COOKIES: Final = Target(
 
 
 def _hear_heads(data: bytes) -> None:
-    """Take the requests of one connection apart, each with the body that its head says."""
+    """Parse the requests of one connection, each with the body that its head announces."""
     requests = Requests()
     requests.add(data)
     given = 0

@@ -1,4 +1,4 @@
-"""Datagrams: the voice of an admitted page, decrypted, as it is read, ordered and decoded."""
+"""Datagrams of an admitted page's voice, decrypted: read, ordered and decoded."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from wax.voice.packet import MAX_SAMPLES
 _OPUS: Final = 111
 _STEP_S: Final = 0.01
 _PACKETS: Final = 100
-"""So many of one input are heard: 10 ms of playing cost more than an empty one's byte may."""
+"""The most packets of one input: 10 ms of playing cost more than the one byte of an empty
+packet."""
 
 
 def _hear(data: bytes) -> None:
-    """Split: a byte for the length, then as much as there is; 10 ms pass after each."""
+    """Split into packets, each after a byte with its length; 10 ms pass after each."""
     playout = VoicePlayout()
     at, now_s, packets, samples = 0, 100.0, 0, 0
     for _ in range(_PACKETS):
