@@ -1,6 +1,6 @@
 """Relay to two ports of one machine, before and after `turnserver.nft`, in a network of its own.
 
-``python -m tests.deploy.relay_port FOLDER ADDRESS``, in a new namespace; prints which ports of
+``python -m tests.deploy.relay_port FOLDER ADDRESS``, in a new namespace; it prints which ports of
 WAX at this address were reached.
 """
 
@@ -19,9 +19,10 @@ from tests.deploy import test_programs_beside as beside
 
 _PORTS = (8081, 8082)
 _TURN_PORT = 3478
-"""Not any: from those of relays the rule lets nothing else out, nor coturn's answers."""
+"""A fixed port: from the ports of relays the rule lets nothing else out, not even coturn's
+answers."""
 _SYSTEMS_PORTS = "32768 49000"
-"""Of which the clients here get theirs, for the same reason: they run as coturn does."""
+"""The clients' ports, for the same reason: they run as the same user as coturn."""
 _ARRIVES_S = 1.0
 
 
@@ -30,7 +31,7 @@ def _command(*words: str) -> None:
 
 
 async def _reached(turn_port: int, wax: str) -> list[int]:
-    """Send to each port by a relay of its own: coturn gives one up where the system refuses."""
+    """Send to each port through a relay of its own: coturn ends a relay that the system refuses."""
     is_ipv6 = ":" in wax
     host = beside.LOOPBACK[is_ipv6]
     family = socket.AF_INET6 if is_ipv6 else socket.AF_INET
@@ -57,7 +58,7 @@ async def main(folder: Path, wax: str) -> None:
     _command("ip", "link", "set", "lo", "up")
     _command("ip", "address", "add", wax, "dev", "lo", *(["nodad"] if ":" in wax else []))
     rule = beside.RULE.read_text(encoding="utf-8")
-    # In this namespace coturn runs as whoever runs the test.
+    # In this namespace coturn runs as the user who runs the test.
     rule = beside.put(rule, '"turnserver"', str(os.getuid()))
     (folder / "turnserver.nft").write_text(rule)
     async with beside.coturn(folder, wax, _TURN_PORT) as (port, _):

@@ -28,9 +28,9 @@ async def serving(
     environment: Mapping[str, str] | None = None,
     command: tuple[str, ...] = (sys.executable, "-m", "wax"),
 ) -> AsyncIterator[Process]:
-    """Run the server around a block, on the loopback interface; it is killed if still there.
+    """Run the server around a block, on the loopback interface; kill it if it is still there.
 
-    What outlives it is beside its configuration.
+    The files that survive it are next to its configuration.
     """
     process = await asyncio.create_subprocess_exec(
         *command,

@@ -1,4 +1,4 @@
-"""The container file: what it copies exists, what it starts is understood, and it builds."""
+"""The container file: its sources exist, its command is valid, and it builds."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from wax.web.certificate import self_signed
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "config" / "deploy" / "Containerfile"
 NO_REGISTRY: Final = re.compile(r"pinging container|lookup .* no such host|failed to resolve|i/o t")
-"""What the builders say where the base image cannot be fetched."""
+"""The builders' messages if the base image cannot be fetched."""
 
 
 def _stages() -> list[list[tuple[str, str]]]:
@@ -45,7 +45,7 @@ def _of(stage: list[tuple[str, str]], name: str) -> list[str]:
 
 
 def test_it_copies_what_is_there() -> None:
-    """Every source of a COPY is in the repository, and nothing is copied that was built here."""
+    """Every source of a COPY is in the repository, and nothing that was built here is copied."""
     copied = [one for stage in _stages() for one in _of(stage, "COPY") if "--from" not in one]
     sources = [source for one in copied for source in one.split()[:-1]]
     assert sources
@@ -66,7 +66,7 @@ def test_it_runs_as_nobody_special_at_the_ports_of_the_configuration() -> None:
 
 
 def test_the_command_understands_its_arguments() -> None:
-    """What the container starts with are options that `wax` has, in the form that keeps signals."""
+    """The container's command has options that `wax` has, in the form that passes on signals."""
     run = _stages()[-1]
     arguments = command._parser().parse_args(json.loads(_of(run, "CMD")[0]))
     assert (str(arguments.config), arguments.host) == ("/etc/wax/wax.toml", "0.0.0.0")
@@ -75,7 +75,7 @@ def test_the_command_understands_its_arguments() -> None:
 
 @pytest.mark.parametrize("is_https", [False, True])
 async def test_its_health_check_tells_a_server_from_none(tmp_path: Path, is_https: bool) -> None:
-    """The command as it is written, at the port of its configuration, by HTTP or HTTPS."""
+    """The command works as written, at the configured port, by HTTP or HTTPS."""
     check = _of(_stages()[-1], "HEALTHCHECK")[0]
     _, *words, config = json.loads(check[check.index("[") :])
     assert config == "/etc/wax/wax.toml"
@@ -104,7 +104,7 @@ async def test_its_health_check_tells_a_server_from_none(tmp_path: Path, is_http
 
 
 def test_what_the_server_starts_is_in_it() -> None:
-    """The tunnel to a door is a program of its own."""
+    """The tunnel needs ssh, a separate program."""
     assert "openssh-client" in " ".join(_of(_stages()[-1], "RUN")).split()
 
 
@@ -117,7 +117,7 @@ def test_every_package_is_checked() -> None:
 
 
 def _builder() -> list[str] | None:
-    """Return the command that builds images here, None if there is none that works."""
+    """Return the command that builds images here, None if none works."""
     for name in ("podman", "docker", "buildah"):
         if shutil.which(name) is None:
             continue
@@ -131,7 +131,7 @@ def _builder() -> list[str] | None:
 @pytest.mark.full
 @pytest.mark.timeout(1200)
 def test_it_builds() -> None:
-    """Where there is a builder and its registry, the image builds."""
+    """If there is a builder and its registry, the image builds."""
     builder = _builder()
     if builder is None:
         pytest.skip("there is no podman, docker or buildah that works")

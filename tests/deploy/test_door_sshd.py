@@ -1,4 +1,4 @@
-"""What `door.sh` says of the sshd that it finds; the real one prints what it does with robots."""
+"""What `door.sh` says about the sshd that it finds; the real sshd says what it does with robots."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ pytestmark = [
 
 
 class Machine:
-    """Where the script has written its rules, with keys and folders of its own."""
+    """A machine on which the script has written its rules, with keys and folders of its own."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         if os.geteuid() == 0:
-            Path("/run/sshd").mkdir(exist_ok=True)  # as Debian's unit does; only root's sshd asks
+            Path("/run/sshd").mkdir(exist_ok=True)  # as Debian's unit does
         self.key = folder / "ssh_host_ed25519_key"
         keygen = shutil.which("ssh-keygen") or "/usr/bin/ssh-keygen"
         for key in (self.key, folder / "other"):
@@ -55,7 +55,7 @@ class Machine:
     def says(
         self, lines: str = "", *, include: bool = True, host_key: str = "ssh_host_ed25519_key"
     ) -> str:
-        """Return what sshd says of robots, configured with these lines before the rules."""
+        """Return sshd's rules for robots, configured with these lines before the script's."""
         config = self._folder / "sshd_config"
         reads = f"Include {self.rules.parent}/*.conf" if include else ""
         key = f"HostKey {self._folder / host_key}"
@@ -81,7 +81,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
 
 @pytest.mark.parametrize("line", ["", *HARDENED])
 def test_a_hardened_sshd_lets_robots_in(machine: Machine, line: str) -> None:
-    """What guides have people write for everybody does not count for the door's own user."""
+    """Lines that guides recommend for everybody do not affect the tunnel's own user."""
     said = machine.says(line)
     assert f"\n{line.lower()}\n" not in said
     assert machine.objections(said) == []
@@ -89,14 +89,14 @@ def test_a_hardened_sshd_lets_robots_in(machine: Machine, line: str) -> None:
 
 @pytest.mark.parametrize("line", [one for one in HARDENED if not re.match("Allow(Us|Gr)", one)])
 def test_what_another_match_block_says_first_is_named(machine: Machine, line: str) -> None:
-    """Of two that mean the door's user sshd follows the first, except for names, which add up."""
+    """If two blocks match that user, sshd follows the first, except that names are added up."""
     [told] = machine.objections(machine.says(f"Match all\n\t{line}\nMatch all"))
     assert f"grep -rin {line.split(maxsplit=1)[0]} /etc/ssh" in told
 
 
 @pytest.mark.parametrize("line", ["DenyUsers root wax-*@203.0.113.0/24", "DenyGroups *"])
 def test_a_denial_that_means_the_doors_user_is_named(machine: Machine, line: str) -> None:
-    """It stays in force, since nothing that the script writes takes it back."""
+    """A denial stays in force, since the script cannot undo it."""
     [told] = machine.objections(machine.says(line))
     assert line.rsplit(maxsplit=1)[-1] in told
     assert f"grep -rin {line.lower().split(maxsplit=1)[0]} /etc/ssh" in told
@@ -104,13 +104,13 @@ def test_a_denial_that_means_the_doors_user_is_named(machine: Machine, line: str
 
 @pytest.mark.parametrize("lines", ["AllowUsers admin\nDisableForwarding yes", "Match User admin"])
 def test_an_sshd_that_does_not_read_the_doors_rules_is_named(machine: Machine, lines: str) -> None:
-    """One sentence, whatever else stands there: no Include, or one within another's block."""
+    """There is one sentence, whatever the cause: no Include, or one inside another block."""
     [told] = machine.objections(machine.says(lines, include="Match" in lines))
     assert "Include /etc/ssh/sshd_config.d/*.conf" in told
 
 
 def test_an_sshd_that_does_not_show_the_key_that_robots_know_is_named(machine: Machine) -> None:
-    """A door is known by its Ed25519 key alone."""
+    """Robots recognise the far end only by its Ed25519 key."""
     [told] = machine.objections(machine.says("HostKeyAlgorithms rsa-sha2-512,rsa-sha2-256"))
     assert "HostKeyAlgorithms" in told
     [told] = machine.objections(machine.says(host_key="other"))

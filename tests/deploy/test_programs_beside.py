@@ -1,4 +1,4 @@
-"""The configurations of the programs beside WAX: Caddy or nginx in front, coturn for relays."""
+"""The configurations of the programs around WAX: Caddy or nginx in front, coturn for relays."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FOLDER = Path(__file__).parents[2] / "config" / "deploy"
 CADDYFILE, NGINX = FOLDER / "Caddyfile", FOLDER / "nginx.conf"
 TURNSERVER = FOLDER / "turnserver.conf"
 CLIENT = "127.0.0.2"
-"""From where requests come to the proxy, which is at 127.0.0.1."""
+"""The addresses from which requests reach the proxy, which is at 127.0.0.1."""
 RULE = FOLDER / "turnserver.nft"
 
 
@@ -61,7 +61,7 @@ def _has_ipv6() -> bool:
 
 @asynccontextmanager
 async def _running(*command: str, until: str) -> AsyncIterator[list[str]]:
-    """Run a program around a block, from the line that says `until` on; yields what it says."""
+    """Run a program around a block, once it has printed `until`; yield its output."""
     process = await asyncio.create_subprocess_exec(
         *command, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT
     )
@@ -85,7 +85,7 @@ async def _running(*command: str, until: str) -> AsyncIterator[list[str]]:
 
 
 def test_caddy_takes_every_line() -> None:
-    """The file is valid, and written as Caddy would write it."""
+    """Caddy accepts the file, and would format it in the same way."""
     caddy = _program("caddy")
     validate = ("validate", "--adapter", "caddyfile", "--config", str(CADDYFILE))
     for arguments in (validate, ("fmt", str(CADDYFILE))):
@@ -100,7 +100,7 @@ def put(text: str, old: str, new: str) -> str:
 
 
 async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
-    """Behind Caddy the forwarded address is the one it saw, and a large body goes no further."""
+    """Behind Caddy the forwarded address is the one it saw, and a large body is refused there."""
     bodies: list[int] = []
 
     async def tell(request: web.Request) -> web.Response:
@@ -127,9 +127,9 @@ async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
 
 @asynccontextmanager
 async def _caddy(folder: Path, wax: int, text: str) -> AsyncIterator[int]:
-    """Run Caddy by a Caddyfile, in front of a port; yields its own."""
+    """Run Caddy with a Caddyfile, in front of a port; yield Caddy's port."""
     caddy, port = _program("caddy"), free_port()
-    # At every name, since a test asks by more than one.
+    # At every name, since a test uses more than one.
     text = put(text, "robot.example.org {", f"http://:{port} {{")
     text = put(text, "localhost:8080", f"127.0.0.1:{wax}")
     config = folder / "Caddyfile"
@@ -161,7 +161,7 @@ async def _nginx(folder: Path, wax: int, text: str) -> AsyncIterator[int]:
 
 @asynccontextmanager
 async def _asked_for_sender() -> AsyncIterator[int]:
-    """Serve who a request is from, as WAX sees it behind a proxy of this machine; yields a port."""
+    """Serve a request's sender, as WAX sees it behind a proxy of this machine; yield a port."""
     settings = ServerSettings(
         host="127.0.0.1", port=0, names=["robot.example.org"], trusted_proxies=["127.0.0.1"]
     )
@@ -206,7 +206,7 @@ async def test_nobody_chooses_their_address(
 
         async def ask(port: int, claim: dict[str, str]) -> tuple[int, object]:
             url = f"http://127.0.0.1:{port}/"
-            # As the page asks, from another port than that of its scheme.
+            # As the page asks, with a port other than its scheme's.
             page = {"Origin": f"http://127.0.0.1:{port}"}
             async with http.post(url, headers=claim | page) as answer:
                 return answer.status, (await answer.json()).get("sender")
@@ -221,7 +221,7 @@ async def test_nobody_chooses_their_address(
 
 
 def _below_a_path(text: str) -> str:
-    """Do what the file itself says of a path."""
+    """Apply the file's own advice for serving below a path."""
     lines = [line.strip() for line in text.splitlines()]
     at = next(n for n, line in enumerate(lines) if line.startswith("# Below a path"))
     first, second = re.findall("`([^`]+)`", lines[at])
@@ -240,7 +240,7 @@ def _below_a_path(text: str) -> str:
     ids=["caddy", "nginx"],
 )
 async def test_a_path_and_ipv6_change_nothing(tmp_path: Path, proxy: Any, text: str) -> None:
-    """Below a path as the file says, at another port, a POST comes through by IPv4 and IPv6."""
+    """Below a path, as the file advises, and at another port, a POST works by IPv4 and IPv6."""
     if not _has_ipv6():
         pytest.skip("this machine has no IPv6")
     async with (
@@ -268,7 +268,7 @@ Relay = turn.TurnClientUdpProtocol | turn.TurnClientTcpProtocol
 async def relay(
     port: int, secret: str, over: str = "udp", *, host: str = "127.0.0.1"
 ) -> AsyncIterator[Relay]:
-    """Get a relay as a browser does, with a name and password that WAX makes of the secret."""
+    """Get a relay as a browser does, with a name and password that WAX derives from the secret."""
     name = f"{SystemClock().wall_ms() // 1000 + 600}:ada"
     digest = hmac.digest(secret.encode(), name.encode(), hashlib.sha1)
     password = base64.b64encode(digest).decode()
@@ -303,7 +303,7 @@ def _own_address() -> str:
 async def coturn(
     folder: Path, wax: str, port: int | None = None
 ) -> AsyncIterator[tuple[int, list[str]]]:
-    """Run it as configured, for a WAX at this address; yields its port and what it says."""
+    """Run coturn as configured, for a WAX at this address; yield its port and its output."""
     turnserver = _program("turnserver")
     text = TURNSERVER.read_text(encoding="utf-8")
     text = put(text, "static-auth-secret=CHANGE-ME", f"static-auth-secret={SECRET}")
@@ -321,7 +321,7 @@ async def coturn(
 
 
 async def test_a_relay_leads_to_wax_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who has the secret gets a relay, which reaches WAX's address by UDP and nothing else."""
+    """With the secret one gets a relay, which reaches WAX's address by UDP and nothing else."""
     ours = _own_address()
     loop = asyncio.get_running_loop()
     async with coturn(tmp_path, ours) as (port, said):
@@ -349,9 +349,9 @@ async def test_a_relay_leads_to_wax_alone(tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize("wax", ["198.51.100.5", "2001:db8::5"])
 def test_a_relay_leads_to_its_port_alone(tmp_path: Path, wax: str) -> None:
-    """The rule beside coturn's configuration leaves what it relays one port of WAX's machine.
+    """With coturn's firewall rule, relays reach only one port of WAX's machine.
 
-    By IPv4 and by IPv6, where each other address is denied, too.
+    By IPv4, and by IPv6, where each other address is denied, too.
     """
     for program in ("nft", "turnserver", "ip"):
         _program(program)

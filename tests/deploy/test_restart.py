@@ -1,4 +1,4 @@
-"""A restart: goodbye to everybody, and the same place for whoever comes back."""
+"""A restart says goodbye to everybody, and everybody who returns has the same place."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ async def test_a_restart_says_goodbye_and_takes_everybody_back(tmp_path: Path) -
 
 
 class Hung:
-    """A camera that never opens, in a library in C++."""
+    """A camera that never opens, because a C++ library hangs."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None: ...
 
@@ -69,7 +69,7 @@ class Hung:
 async def test_a_service_manager_follows_the_server(tmp_path: Path) -> None:
     """READY comes when the page can be opened, then signs of life, and STOPPING at the end.
 
-    Though a camera hangs, the server ends in order; it does not crash.
+    Although a camera hangs, the server ends in order and does not crash.
     """
     config = tmp_path / "wax.toml"
     config.write_text(

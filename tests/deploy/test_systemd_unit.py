@@ -1,4 +1,4 @@
-"""The unit of systemd: it is valid, sandboxed, and agrees with what the server does."""
+"""The systemd unit: it is valid, sandboxed, and matches the server's behaviour."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ UNIT = Path(__file__).parents[2] / "config" / "deploy" / "wax.service"
 
 MOST_EXPOSED: int = 20
 """Tenths of systemd's exposure level: 0 is a service that can do nothing, 96 one without limits.
-Devices, the network and its own name in /etc make up what is left."""
+What is left is for devices, the network and its own name in /etc."""
 
 
 @pytest.fixture
 def unit(tmp_path: Path) -> Path:
-    """Put a program that is here into the unit; no other line is changed."""
+    """Replace the unit's program by one that exists here; change no other line."""
     if shutil.which("systemd-analyze") is None:
         pytest.skip("there is no systemd-analyze")
     installed = "/opt/wax/bin/wax "
@@ -49,14 +49,14 @@ def test_systemd_takes_every_line(unit: Path) -> None:
 
 @pytest.mark.system
 def test_systemd_takes_every_line_that_waits_for_its_use(unit: Path) -> None:
-    """Whoever uncomments one need not correct it."""
+    """The commented lines are valid when uncommented."""
     text = re.sub(r"^#(?=\w+=)", "", unit.read_text(encoding="utf-8"), flags=re.MULTILINE)
     unit.write_text(text, encoding="utf-8")
     test_systemd_takes_every_line(unit)
 
 
 def test_each_secret_of_the_manual_has_its_line() -> None:
-    """The service's user is nobody who may read a file of root's."""
+    """The service's user may not read files of root's."""
     config = UNIT.parents[1]
     manual = "".join(
         path.read_text(encoding="utf-8")
@@ -71,7 +71,7 @@ def test_each_secret_of_the_manual_has_its_line() -> None:
 
 @pytest.mark.system
 def test_it_can_do_little_beside_its_work(unit: Path) -> None:
-    """Its exposure is in systemd's lowest class but one; a line that opens it up is noticed."""
+    """Its exposure is in systemd's lowest class but one; a line that increases it is noticed."""
     rated = _analyze("security", "--offline=true", f"--threshold={MOST_EXPOSED}", unit)
     if "unrecognized option" in rated.stderr:
         pytest.skip("this systemd-analyze rates no files")
@@ -79,7 +79,7 @@ def test_it_can_do_little_beside_its_work(unit: Path) -> None:
 
 
 def test_it_agrees_with_the_server() -> None:
-    """It waits for READY, gives the end time enough, and does not repeat a wrong configuration."""
+    """It waits for READY, allows enough time to end, and does not restart a wrong configuration."""
     parser = ConfigParser(strict=False, interpolation=None)
     parser.optionxform = str  # type: ignore[assignment,method-assign]  # the documented way
     parser.read(UNIT, encoding="utf-8")

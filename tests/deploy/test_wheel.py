@@ -1,4 +1,4 @@
-"""The wheel: what a host installs, in an environment that has nothing of this folder."""
+"""The wheel that a host installs, in an environment that has nothing of this folder."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ UV = Path(sys.executable).with_name("uv")
 
 
 def _run(*command: str | Path, folder: Path = ROOT) -> str:
-    """Return what a command prints; nothing of this folder is on Python's path."""
+    """Return a command's output; nothing of this folder is on Python's path."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     done = subprocess.run(
         [str(part) for part in command],
@@ -41,7 +41,7 @@ def _run(*command: str | Path, folder: Path = ROOT) -> str:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build it with what is installed here, in the version that the lock names."""
+    """Build it with the installed tools, in the locked versions."""
     folder = tmp_path_factory.mktemp("wheel")
     _run(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder)
     (made,) = folder.glob("*.whl")
@@ -49,7 +49,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_it_holds_the_page_and_no_test(wheel: Path) -> None:
-    """The page, its compressed twins and the types are in it; tests and build stamps are not."""
+    """It has the page, its compressed copies and the types, but no tests and build stamps."""
     assert wheel.name == f"wax_teleop-{__version__}-py3-none-any.whl"
     names = zipfile.ZipFile(wheel).namelist()
     assert {"wax/web/dist/index.html", "wax/py.typed"} <= set(names)
@@ -63,7 +63,7 @@ def test_it_holds_the_page_and_no_test(wheel: Path) -> None:
 
 @pytest.mark.full
 async def test_it_serves_where_nothing_else_is(wheel: Path, tmp_path: Path) -> None:
-    """In a fresh environment it tells its version and its use, serves its page, and ends well."""
+    """In a fresh environment it prints its version and its help, serves its page, and ends well."""
     _run(sys.executable, "-m", "venv", "--without-pip", tmp_path / "fresh")
     fresh = tmp_path / "fresh" / "bin"
     install = (UV, "--no-config", "pip", "install", "-q", "--python", fresh / "python")

@@ -17,7 +17,7 @@ LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
 
 
 def test_only_the_highest_turn_is_admitted() -> None:
-    """A turn lower than one seen is refused for ever, the same or a higher one is not."""
+    """A turn lower than one already seen is refused for ever; the same or a higher one is not."""
     fence = TurnFence()
     assert [fence.admits(turn) for turn in (3, 3, 2, 5, 3, 4, 5)] == [
         True, True, False, True, False, False, True,
@@ -26,7 +26,7 @@ def test_only_the_highest_turn_is_admitted() -> None:
 
 @given(st.floats(), st.floats())
 def test_no_number_passes_the_limits(linear: float, angular: float) -> None:
-    """Whatever is asked for, NaN and infinity included, what comes out is within the limits."""
+    """For any input, NaN and infinity included, the result is within the limits."""
     safe = within(Twist(linear, angular), LIMITS)
     assert abs(safe.linear_mps) <= LIMITS.linear_mps
     assert abs(safe.angular_rps) <= LIMITS.angular_rps
@@ -36,7 +36,7 @@ def test_no_number_passes_the_limits(linear: float, angular: float) -> None:
 
 @given(st.floats(-50, 50), st.floats(-50, 50))
 def test_a_curve_stays_the_same_curve(linear: float, angular: float) -> None:
-    """Speed and turning are shrunk by one factor, and not at all within the limits."""
+    """Speed and turning are scaled by one factor, and not at all within the limits."""
     safe = within(Twist(linear, angular), LIMITS)
     assert safe.linear_mps * angular == pytest.approx(safe.angular_rps * linear, abs=1e-9)
     if abs(linear) <= 0.6 and abs(angular) <= 1.5:
@@ -44,7 +44,7 @@ def test_a_curve_stays_the_same_curve(linear: float, angular: float) -> None:
 
 
 def test_a_limit_of_zero_takes_its_part_away() -> None:
-    """A robot that cannot turn goes straight as fast as it was told."""
+    """A robot that cannot turn still goes straight at the full speed."""
     straight = Limits(linear_mps=0.6, angular_rps=0.0)
     assert within(Twist(0.5, 1.0), straight) == Twist(0.5, 0.0)
     assert within(Twist(1.0, 0.5), Limits(linear_mps=0.0, angular_rps=1.5)) == Twist(0.0, 0.5)
@@ -56,7 +56,7 @@ def test_an_axis_stays_in_its_range() -> None:
 
 
 def test_a_state_passes_as_it_is() -> None:
-    """What a driver tells of its robot is checked, and not changed."""
+    """A driver's state is checked, and not changed."""
     for ttl_s in (None, 0, 0.5):
         state = RobotState(connected=True, bumpers=2, ttl_s=ttl_s)
         assert checked(state) is state
@@ -86,6 +86,6 @@ def test_what_is_no_state_is_refused(told: object, sentence: str) -> None:
     "wrong", [None, "warm", math.nan, -math.inf, True, [], pytest.param(10**400, id="huge")]
 )
 def test_a_gauge_that_is_no_number_is_left_out(wrong: Any) -> None:
-    """A sensor that a driver cannot read costs only its gauge, which is then not told."""
+    """A sensor that a driver cannot read costs only its own gauge, which is then left out."""
     state = RobotState(connected=True, gauges={"motor_c": 40.5, "arm_c": wrong, "turns": 7})
     assert checked(state) == replace(state, gauges={"motor_c": 40.5, "turns": 7})

@@ -1,6 +1,6 @@
-"""A line that does to frames what a line can do (IEC 61784-3), and who knows what it may mean.
+"""A line that does to frames what a line can do (IEC 61784-3), and an oracle for what may happen.
 
-The oracle judges by what was really said, when and by whom; it never reads a byte of a frame.
+The oracle judges by what was really sent, when and by whom; it never reads a byte of a frame.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ ERRORS: Final = (
 )  # fmt: skip
 TTL_MS: Final = 200
 PERIOD_MS: Final = 20
-# In each step of the clock a wheel reaches any speed that is told here.
+# In each step of the clock a wheel can reach any speed that is commanded here.
 BRISK: Final = Settings(acceleration_mmps2=65_535, braking_mmps2=65_535)
 
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A frame as its sender meant it: `order` rises with all that the server ever said."""
+    """A frame as its sender meant it: `order` rises with every frame of the server."""
 
     order: int
     at_ms: int
@@ -41,7 +41,7 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """Bytes at the robot's end. `damage` is why they are not what was said, if they are not."""
+    """Bytes at the robot's end. `damage` is why they differ from what was sent, if they do."""
 
     at_ms: int
     wire: bytes
@@ -50,7 +50,7 @@ class Arrival:
 
 
 class Server:
-    """Says what a server says: a hello, then drives, axes and stops of rising turns."""
+    """Sends what a server sends: a hello, then drives, axes and stops of rising turns."""
 
     def __init__(self, random: Random, clock_ms: int, delay_up_ms: int) -> None:
         self._random = random
@@ -80,7 +80,7 @@ class Server:
         return said
 
     def late_turn(self, at_ms: int) -> Said:
-        """Say a motion of the turn that is over, as somebody who has not heard of it."""
+        """Send a motion of the previous turn, as a sender that does not know it is over."""
         body = DriveBody(self._random.randint(1, 60), self._random.randint(1, 60))
         return self._say(body, at_ms, turn=self._turn - 1)
 
@@ -101,14 +101,14 @@ class Server:
 
 
 def stranger(random: Random, like: Frame, session: int) -> Said:
-    """Give what another sender says: it goes back, and its own session it has not told here."""
+    """Return another sender's frame: it goes back, in a session that was never announced here."""
     body = DriveBody(-random.randint(1, 60), -random.randint(1, 60))
     frame = Frame(body, like.sequence + 1, like.turn + 1, TTL_MS, like.time_ms)
     return Said(0, 0, session, frame, genuine=False)
 
 
 def corrupt(random: Random, wire: bytes) -> bytes:
-    """Flip one to three bits, or some within a stretch of 16: what the CRC always finds."""
+    """Flip one to three bits, or some within 16 consecutive ones: what the CRC always detects."""
     bits = len(wire) * 8
     if random.random() < 0.5:
         flipped = random.sample(range(bits), random.randint(1, 3))
@@ -123,7 +123,7 @@ def corrupt(random: Random, wire: bytes) -> bytes:
 
 @dataclass
 class Trace:
-    """What arrives, in the order of arrival, and which errors the line has made."""
+    """What arrives, in the order of arrival, and the errors that the line has made."""
 
     clock_ms: int
     delay_up_ms: int
@@ -132,12 +132,12 @@ class Trace:
 
     @property
     def is_whole(self) -> bool:
-        """Whether each frame ends where it ended, so that none waits for bytes of the next."""
+        """Whether each frame ends where it should, so that none waits for bytes of the next."""
         return not any(arrival.damaged or arrival.said is None for arrival in self.arrivals)
 
 
 def make_trace(random: Random) -> Trace:
-    """Say some forty frames over a line that errs in one way, or now and then in each."""
+    """Send some forty frames over a line that makes one kind of error, or sometimes every kind."""
     start_ms = random.choice([0, random.randrange(2**32), 2**32 - random.randint(0, 2000)])
     trace = Trace(start_ms, random.randint(0, 20))
     server = Server(random, trace.clock_ms, trace.delay_up_ms)
@@ -158,7 +158,7 @@ def make_trace(random: Random) -> Trace:
 
 
 class Line:
-    """Carries frames, and errs as it is told."""
+    """Carries frames, and makes the errors it is told to make."""
 
     def __init__(self, random: Random, server: Server) -> None:
         self._random = random
@@ -166,7 +166,7 @@ class Line:
         self._past: list[Said] = []
 
     def carry(self, kind: str, said: Said, now_ms: int) -> list[Arrival]:
-        """Give what becomes of one frame that is said now."""
+        """Return what becomes of one frame that is sent now."""
         random = self._random
         self._past.append(said)
         soon_ms = now_ms + random.randint(0, 5)
@@ -207,7 +207,7 @@ def _arrival(said: Said, at_ms: int) -> Arrival:
 
 
 class Oracle:
-    """Knows what may be obeyed, and what the wheels may do, from who said what and when."""
+    """Knows what may be obeyed, and what the wheels may do, from who sent what and when."""
 
     def __init__(self) -> None:
         self._session: int | None = None
@@ -218,9 +218,9 @@ class Oracle:
         self._until_ms = math.inf
 
     def may(self, said: Said, now_ms: int) -> bool:
-        """Whether this may be obeyed: a hello, or this session's stop, or newest motion in time.
+        """Whether this may be obeyed: a hello, this session's stop, or the newest motion in time.
 
-        A motion that has run out lets no other begin before the next hello or stop.
+        After a motion has expired, no other may begin before the next hello or stop.
         """
         if isinstance(said.frame.body, HelloBody):
             return True
@@ -237,7 +237,7 @@ class Oracle:
         )
 
     def must(self, said: Said, now_ms: int, delay_up_ms: int) -> bool:
-        """Whether this has to be obeyed; of motion the server knows the time as of a report."""
+        """Whether this must be obeyed; for motion the server knows the time only as of a report."""
         if not isinstance(said.frame.body, DriveBody | AxisBody):
             return self.may(said, now_ms)
         known_at_ms = said.at_ms - delay_up_ms
@@ -265,7 +265,7 @@ class Oracle:
 def play(trace: Trace, core: ctypes.CDLL | None = None) -> Counter[str]:
     """Play a trace to a core; raises `AssertionError` at the first wrong execution.
 
-    What is counted is drives that were taken and refused, so that nobody proves nothing.
+    It counts drives that were accepted and refused, so that no test passes without any.
     """
     robot = Core(BRISK, trace.clock_ms, core)
     oracle = Oracle()
@@ -290,7 +290,7 @@ def _judge(
     oracle: Oracle, said: Said | None, verdict: Verdict, now_ms: int, counts: Counter[str]
 ) -> None:
     if said is None:
-        # Damage that another session's start makes up for, one in 65536: the other rules see it.
+        # One in 65,536 damages is hidden by another session's start: the other rules catch it.
         assert verdict is not Verdict.TAKEN, "it obeyed what nobody has said"
         return
     if not isinstance(said.frame.body, DriveBody | AxisBody):
@@ -303,7 +303,7 @@ def _judge(
 
 
 def _let_pass(robot: Core, oracle: Oracle, trace: Trace, now_ms: int, until_ms: int) -> int:
-    """Look at the wheels on the way: they do what the oracle allows, and nothing else."""
+    """Check the wheels on the way: they do what the oracle allows, and nothing else."""
     while now_ms < until_ms:
         now_ms = min(until_ms, now_ms + 7) if until_ms - now_ms < 2000 else now_ms + 199
         robot.tick(trace.clock_ms + now_ms)

@@ -24,7 +24,7 @@ AXES = 4
 
 
 class Verdict(enum.IntEnum):
-    """What the core says of a frame; the numbers are those of `robot.h`."""
+    """The core's verdict on a frame; the numbers are those of `robot.h`."""
 
     TAKEN = 1
     OLD_TURN = 2
@@ -74,7 +74,7 @@ class _Frame(ctypes.Structure):
 
 
 def build(firmware: Path = FIRMWARE, folder: Path | None = None) -> Path:
-    """Build the library from these sources, where they have changed; raises what the build says."""
+    """Build the library if these sources have changed; raises with the compiler's output."""
     into = [] if folder is None else [str(folder)]
     built = subprocess.run(
         ["sh", ".make/firmware.sh", "library", str(firmware), *into],
@@ -97,18 +97,18 @@ def load(path: Path) -> ctypes.CDLL:
 
 @cache
 def library() -> ctypes.CDLL:
-    """Give the core of this tree, or the one that counts its branches."""
+    """Return the core of this tree, or the one that counts its branches."""
     counting = os.environ.get("WAX_FIRMWARE_LIBRARY")
     return load(Path(counting) if counting else build())
 
 
 def power(mmps: int, full_mmps: int, least: int) -> int:
-    """Give the power for a wheel's speed."""
+    """Return the power for a wheel's speed."""
     return int(library().wax_power(mmps, full_mmps, least))
 
 
 def battery(numbers: list[int], full_scale: int, full_mv: int) -> list[int]:
-    """Give the voltage after each of these numbers of an analog input."""
+    """Return the voltage after each of these readings of an analog input."""
     given = (ctypes.c_uint16 * len(numbers))(*numbers)
     found = (ctypes.c_uint16 * len(numbers))()
     library().wax_battery(full_scale, full_mv, given, len(numbers), found)
@@ -116,7 +116,7 @@ def battery(numbers: list[int], full_scale: int, full_mv: int) -> list[int]:
 
 
 class Core:
-    """One robot; every method takes the time of its clock, of which the lowest 32 bits count."""
+    """One robot; every method takes the time of its clock, whose lowest 32 bits count."""
 
     def __init__(
         self,
@@ -139,12 +139,12 @@ class Core:
         self._robot = self._new(now_ms)
 
     def push(self, data: bytes) -> None:
-        """Give it bytes without asking what they mean."""
+        """Give it bytes without asking for frames."""
         for octet in data:
             self._core.wax_push(self._robot, octet)
 
     def next(self, now_ms: int) -> tuple[Frame, Verdict] | None:
-        """Judge the next frame among the bytes pushed, if one is whole."""
+        """Return the next whole frame among the bytes pushed, with its verdict."""
         found = _Frame()
         if not self._core.wax_next(self._robot, _clock(now_ms), ctypes.byref(found)):
             return None
@@ -162,7 +162,7 @@ class Core:
         self._core.wax_tick(self._robot, _clock(now_ms), battery_mv, bumpers, *ticks)
 
     def report(self, now_ms: int) -> bytes:
-        """Give the report that is due, or nothing."""
+        """Return the report that is due, or nothing."""
         size = self._core.wax_report(self._robot, _clock(now_ms), self._report)
         return bytes(self._report[:size])
 

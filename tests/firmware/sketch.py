@@ -21,7 +21,7 @@ NO_SERVOS = "SERVO_PINS[wax::AXES] = {NONE, NONE, NONE, NONE}"
 def built(
     source: Path | None = None, folder: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Build the sketch, or skip where nobody has asked for its compiler."""
+    """Build the sketch, or skip the test if the compiler was not asked for."""
     if shutil.which("avr-g++") is None and not IS_WANTED:
         pytest.skip("there is no compiler for the Arduino: sh .make/firmware.sh avr")
     where = [] if source is None else [str(source), str(folder)]

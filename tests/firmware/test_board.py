@@ -51,7 +51,7 @@ async def connected(robot: SerialRobot) -> None:
 
 
 async def drive(robot: SerialRobot, board: Board) -> None:
-    """Stand, then go ahead until the board's wheels turn."""
+    """Stand, then drive ahead until the board's wheels turn."""
     await connected(robot)
     robot.apply(STANDSTILL, 1)
 
@@ -67,7 +67,7 @@ def of(board: Board, event: str, since_s: float = 0.0) -> list[dict[str, Any]]:
 
 
 async def test_it_drives_and_tells(board: Board, robot: SerialRobot) -> None:
-    """What the server says moves the wheels, and what the board knows comes back."""
+    """The server's commands move the wheels, and the board's knowledge comes back."""
     await drive(robot, board)
     board.charge(6900)
     board.press(4)
@@ -93,11 +93,11 @@ async def test_it_drives_and_tells(board: Board, robot: SerialRobot) -> None:
 async def test_it_stops_by_itself_when_the_cable_is_pulled(
     board: Board, robot: SerialRobot
 ) -> None:
-    """It stands 250 ms after its last frame at most, lives on, and stands when plugged in."""
+    """It stands within 250 ms of its last frame, stays alive, and stands when plugged in."""
     await drive(robot, board)
 
     async def drives_on() -> None:
-        """Or it would be told to stand before the cable is out."""
+        """Drive on; otherwise it would be told to stand before the cable is out."""
         while True:
             robot.apply(AHEAD, 1)
             await asyncio.sleep(0.01)
@@ -124,7 +124,7 @@ async def test_it_stops_by_itself_when_the_cable_is_pulled(
 
 
 async def test_a_restart_forgets_the_session(board: Board, robot: SerialRobot) -> None:
-    """After a restart the old session's frames are damage to it, and the wheels stand."""
+    """After a restart the old session's frames count as damage, and the wheels stand."""
     await drive(robot, board)
     reset_s = await board.reset()
     robot.apply(AHEAD, 1)
@@ -139,7 +139,7 @@ async def test_a_restart_forgets_the_session(board: Board, robot: SerialRobot) -
 
 @pytest.mark.parametrize("wire", ["mute", "deafen"])
 async def test_a_loose_wire_is_no_answer(board: Board, robot: SerialRobot, wire: str) -> None:
-    """Either wire that is loose is told as a robot that does not answer, until it is fixed."""
+    """A loose wire, either one, is reported as a robot that does not answer, until it is fixed."""
     await connected(robot)
     getattr(board, wire)(on=True)
 
@@ -152,7 +152,7 @@ async def test_a_loose_wire_is_no_answer(board: Board, robot: SerialRobot, wire:
 
 
 async def test_a_board_that_starts_slowly_is_waited_for(tmp_path: Path) -> None:
-    """A board in its boot loader neither hears nor speaks; when it is up it is found."""
+    """A board in its boot loader neither receives nor sends; once it is up it is found."""
     board = Board(tmp_path, boot_ms=800)
     await board.start()
     serial = {"url": str(board.path), "reopen_s": 0.05}

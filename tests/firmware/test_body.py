@@ -14,7 +14,7 @@ from wax.robot.serial.frames import AxisBody, HelloBody, StopBody
 
 
 def test_no_servo_moves_when_power_comes() -> None:
-    """Without a position no axis has a pulse, whatever else is said; then only that one has."""
+    """Without a position no axis has a pulse, whatever else is sent; then only that axis has."""
     bench = Bench()
     bench.say(HelloBody(bench.session))
     bench.say(StopBody())
@@ -33,7 +33,7 @@ def test_no_servo_moves_when_power_comes() -> None:
     [(-10_000, 1000), (-9999, 1000), (0, 1500), (5000, 1750), (10_000, 2000), (32_767, 2000)],
 )
 def test_a_position_is_a_pulse(position: int, pulse_us: int) -> None:
-    """From one end of the range to the other, in proportion, and never beyond."""
+    """It goes from one end of the range to the other, in proportion, and never beyond."""
     bench = Bench()
     bench.say(AxisBody(1, position))
     bench.wait(1)
@@ -51,7 +51,7 @@ def test_a_servo_may_be_turned_round() -> None:
 
 
 def test_a_servo_is_not_thrown() -> None:
-    """The first position is taken at once; from there it moves as fast as it may, both ways."""
+    """The first position is reached at once; then it moves at its limited speed, both ways."""
     bench = Bench(us_per_s=2000)
     bench.say(AxisBody(0, 10_000))
     bench.wait(1)
@@ -78,7 +78,7 @@ def test_a_pause_does_not_throw_a_servo() -> None:
 
 
 def test_an_axis_stays_when_the_robot_stops_itself() -> None:
-    """Nobody is helped by a camera that looks elsewhere."""
+    """A camera that suddenly looks elsewhere would help nobody."""
     bench = Bench()
     bench.say(AxisBody(0, 10_000))
     bench.wait(2000)
@@ -89,7 +89,7 @@ def test_an_axis_stays_when_the_robot_stops_itself() -> None:
 
 
 def test_a_restarted_board_gives_no_pulse() -> None:
-    """It has forgotten where the axis was."""
+    """The board has forgotten where the axis was."""
     bench = Bench()
     bench.say(AxisBody(0, 10_000))
     bench.wait(1)
@@ -107,7 +107,7 @@ def test_a_restarted_board_gives_no_pulse() -> None:
 def test_a_pulse_is_always_within_its_range(
     least_us: int, most_us: int, us_per_s: int, told: list[tuple[int, int]]
 ) -> None:
-    """Whatever is told, and whenever; and it never goes faster than it may."""
+    """It never moves faster than allowed, whatever is sent, and whenever."""
     bench = Bench(least_us=least_us, most_us=most_us, us_per_s=us_per_s)
     for position, pause_ms in told:
         bench.say(AxisBody(0, position))
@@ -130,13 +130,13 @@ def test_a_pulse_is_always_within_its_range(
     ],
 )  # fmt: skip
 def test_a_speed_is_power(mmps: int, wanted: int) -> None:
-    """The slowest motion has what just turns the wheel, full speed all there is; 0 brakes."""
+    """The slowest motion gets just enough power to turn the wheel, full speed all; 0 brakes."""
     assert power(mmps, full_mmps=800, least=40) == wanted
 
 
 @given(st.integers(-32_768, 32_767), st.integers(1, 32_767), st.integers(0, 255))
 def test_power_has_the_sign_of_the_speed(mmps: int, full_mmps: int, least: int) -> None:
-    """Forward and back are alike, and never more than all or less than what turns it."""
+    """Forward and back are alike, never above full power or below what turns the wheel."""
     found = power(mmps, full_mmps, least)
     assert found == -power(-mmps, full_mmps, least) or mmps == -32_768
     assert (mmps != 0) * least <= abs(found) <= 255
@@ -147,13 +147,13 @@ def test_power_has_the_sign_of_the_speed(mmps: int, full_mmps: int, least: int) 
 
 
 def test_the_first_voltage_counts_at_once() -> None:
-    """Nobody is told of an empty battery because the board has just started."""
+    """A board that has just started must not report an empty battery."""
     assert battery([512], 1023, 15_000) == [7507]
     assert battery([0], 1023, 15_000) == [0]
 
 
 def test_a_dip_of_the_motors_is_smoothed() -> None:
-    """An eighth of a change counts each time, so that after some of them all of it does."""
+    """An eighth of a change counts each time, so that after some readings all of it does."""
     found = battery([1000, 600] + [1000] * 60, 1000, 10_000)
     assert found[:3] == [10_000, 9500, 9560]
     assert found[-1] == 10_000
@@ -163,6 +163,6 @@ def test_a_dip_of_the_motors_is_smoothed() -> None:
 
 @given(st.integers(0, 4095))
 def test_a_steady_voltage_is_told_as_it_is(number: int) -> None:
-    """At full scale it is that of full scale; no number overflows or is lost by rounding."""
+    """At full scale it reports full scale; no number overflows or is lost by rounding."""
     assert battery([4095] + [number] * 100, 4095, 65_535)[-1] == number * 65_535 // 4095
     assert battery([0] + [number] * 100, 4095, 65_535)[-1] == number * 65_535 // 4095

@@ -1,4 +1,4 @@
-"""What the firmware does with what it is told; the real C++, on a clock turned by hand."""
+"""How the firmware treats what it receives; the real C++, on a clock turned by hand."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wax.robot.serial.frames import Body
 
 
-# The core is asked where its clock begins, stands near its end, and passes it.
+# The tests start the core's clock at its beginning, near its end, and across it.
 CLOCKS = pytest.mark.parametrize("start_ms", [0, 123_456, WRAP - 100, WRAP - 1])
 
 
@@ -36,7 +36,7 @@ CLOCKS = pytest.mark.parametrize("start_ms", [0, 123_456, WRAP - 100, WRAP - 1])
 
 @pytest.mark.parametrize("vector", VECTORS["valid"], ids=lambda vector: vector["name"])
 def test_it_reads_and_writes_the_wire_vectors(vector: dict[str, Any]) -> None:
-    """What the server sends is what it understands; of what robots send it understands nothing."""
+    """It understands what the server sends, and nothing that robots send."""
     wire = bytes.fromhex(vector["hex"])
     core = Core()
     greeting = encode(Frame(HelloBody(vector["session"])), 0)
@@ -56,7 +56,7 @@ def test_it_reads_and_writes_the_wire_vectors(vector: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("vector", VECTORS["ignored"], ids=lambda vector: vector["name"])
 def test_what_is_no_frame_of_ours_is_ignored_and_counted(vector: dict[str, Any]) -> None:
-    """A damaged or unknown frame gives nothing but a count, and the next one is understood."""
+    """A damaged or unknown frame only counts, and the next one is understood."""
     bench = Bench()
     found = bench.core.hear(bytes.fromhex(vector["hex"]), 0)
     found += bench.core.hear(encode(Frame(StopBody(), sequence=9), SESSION), 0)
@@ -89,7 +89,7 @@ def test_both_languages_find_the_same_frames(wire: bytes) -> None:
 @given(st.binary(max_size=300))
 @example(bytes(300))
 def test_bytes_that_nobody_asks_about_do_not_run_over(wire: bytes) -> None:
-    """Pushed without asking, the core keeps one frame's worth, and understands what comes later."""
+    """Pushed without asking, the core keeps one frame's bytes, and understands what comes later."""
     bench = Bench()
     bench.core.push(b"\xa5\x5a\x20" + wire)
     while bench.core.next(0):
@@ -99,7 +99,7 @@ def test_bytes_that_nobody_asks_about_do_not_run_over(wire: bytes) -> None:
 
 
 def test_a_report_says_how_it_is() -> None:
-    """Every field of a report is what was given, counted or decided."""
+    """Every field of a report was given, counted or decided."""
     bench = Bench()
     bench.core.hear(b"\xa5\x5a\xff", 0)
     bench.say(AHEAD, turn=7)
@@ -121,7 +121,7 @@ def test_a_report_says_how_it_is() -> None:
 
 
 def test_without_hello_nothing_is_taken() -> None:
-    """After a start it knows no session: nothing moves it, and its reports are of none."""
+    """After a start it has no session: nothing moves it, and its reports say so."""
     core = Core()
     for session in (SESSION, frames.NO_SESSION - 1, 1, 0):
         assert core.hear(encode(Frame(AHEAD, sequence=1, ttl_ms=200), session), 0) == []
@@ -133,7 +133,7 @@ def test_without_hello_nothing_is_taken() -> None:
 
 
 def test_hello_stops_and_forgets() -> None:
-    """A hello stops, ends the old session, lets turns begin again, and is answered at once."""
+    """A hello stops, ends the old session, lets turns start over, and is answered at once."""
     bench = Bench()
     bench.wait(10)
     bench.told()
@@ -154,7 +154,7 @@ def test_hello_stops_and_forgets() -> None:
 
 @CLOCKS
 def test_what_was_said_before_hello_is_over(start_ms: int) -> None:
-    """Repeated with its hello, a motion of before it moves nothing, however young it is."""
+    """A motion from before its hello moves nothing when it is repeated, however young it is."""
     bench = Bench(start_ms)
     bench.wait(5)
     early = {"sequence": 9, "time_ms": bench.now_ms}
@@ -168,7 +168,7 @@ def test_what_was_said_before_hello_is_over(start_ms: int) -> None:
 
 
 def test_the_past_turn_is_over() -> None:
-    """A lower turn moves nothing, its stop still stops; a stop of a higher turn ends it too."""
+    """A lower turn moves nothing but still stops; a higher turn's stop also ends the lower one."""
     bench = Bench()
     assert bench.say(AHEAD, turn=5) is Verdict.TAKEN
     assert bench.say(AHEAD, turn=4) is Verdict.OLD_TURN
@@ -184,7 +184,7 @@ def test_the_past_turn_is_over() -> None:
 
 @pytest.mark.parametrize("last", [1, 40_000, 65_535])
 def test_only_what_is_newer_is_taken(last: int) -> None:
-    """A sequence number 1 to 32767 ahead is newer, over the wrap too; all others are past."""
+    """A sequence number 1 to 32767 ahead is newer, even across the wrap; all others are past."""
     for ahead, verdict in ((1, Verdict.TAKEN), (32_767, Verdict.TAKEN)):
         bench = Bench()
         bench.say(HelloBody(SESSION), sequence=last)
@@ -196,7 +196,7 @@ def test_only_what_is_newer_is_taken(last: int) -> None:
 
 
 def test_a_stop_ends_what_was_said_before_it() -> None:
-    """A motion that a stop has overtaken is not taken; a stop said again does not bring it back."""
+    """A motion that a stop has overtaken is refused; repeating the stop does not bring it back."""
     bench = Bench()
     bench.say(StopBody(), sequence=20)
     assert bench.say(AHEAD, sequence=19) is Verdict.OLD_SEQUENCE
@@ -208,7 +208,7 @@ def test_a_stop_ends_what_was_said_before_it() -> None:
 @CLOCKS
 @pytest.mark.parametrize("ttl_ms", [20, 200, 1000])
 def test_what_the_line_held_back_is_late(start_ms: int, ttl_ms: int) -> None:
-    """A motion or an axis that was said longer ago than its time-to-live is refused; no stop is."""
+    """A motion or an axis older than its time-to-live is refused; a stop never is."""
     bench = Bench(start_ms)
     bench.wait(3000)
     for body in (AHEAD, AxisBody(0, 1)):
@@ -222,7 +222,7 @@ def test_what_the_line_held_back_is_late(start_ms: int, ttl_ms: int) -> None:
 
 
 def test_axes_go_where_they_are_told() -> None:
-    """Each axis has its own position, within its range; one that there is not is nobody's."""
+    """Each axis has its own position, within its range; an axis that does not exist is ignored."""
     bench = Bench()
     for number, position in ((0, 10_001), (1, -32_768), (3, 7), (AXES, 5), (255, 5)):
         assert bench.say(AxisBody(number, position)) is Verdict.TAKEN
@@ -235,7 +235,7 @@ def test_axes_go_where_they_are_told() -> None:
 @CLOCKS
 @pytest.mark.parametrize(("ttl_ms", "worth_ms"), [(1, 1), (200, 200), (1000, 1000), (65_535, 1000)])
 def test_a_motion_is_worth_its_time_to_live(start_ms: int, ttl_ms: int, worth_ms: int) -> None:
-    """Counted from arrival, never longer than a second, to the millisecond; and it is told."""
+    """It counts from arrival, for at most a second, to the millisecond; and it is reported."""
     bench = Bench(start_ms, acceleration_mmps2=60_000, braking_mmps2=60_000)
     bench.say(DriveBody(60, -60), ttl_ms=ttl_ms)
     for _ in range(worth_ms - 1):
@@ -253,12 +253,12 @@ def test_a_motion_is_worth_its_time_to_live(start_ms: int, ttl_ms: int, worth_ms
 
 
 def test_that_its_watchdog_stopped_it_is_told_before_it_is_forgotten() -> None:
-    """The next motion may be there within a millisecond; the report is there first."""
+    """Even if the next motion arrives within a millisecond, the report comes first."""
     bench = Bench()
     bench.say(AHEAD, ttl_ms=210)
     for _ in range(209):
         bench.wait(1)
-        bench.report()  # the last one of its own accord is that of 200 ms
+        bench.report()  # the last unprompted report is that of 200 ms
     bench.wait(1)
     frame = bench.report()
     assert frame is not None
@@ -275,7 +275,7 @@ def test_a_motion_without_a_time_is_worth_nothing() -> None:
 
 
 def test_each_motion_is_worth_its_own_time() -> None:
-    """Motion that is said again and again goes on, and ends one time-to-live after the last."""
+    """Repeated motion continues, and ends one time-to-live after the last."""
     bench = Bench(WRAP - 1000)
     for _ in range(20):
         bench.say(AHEAD)
@@ -289,12 +289,12 @@ def test_each_motion_is_worth_its_own_time() -> None:
 @pytest.mark.parametrize("late_ms", [0, 1, 30, 5000])
 @pytest.mark.parametrize("body", [AHEAD, DriveBody(0, 0), AxisBody(0, 10)])
 def test_what_has_stopped_by_itself_does_not_go_on_by_itself(body: Body, late_ms: int) -> None:
-    """After a time-to-live ran out nothing moves it until it was told to stop, or greeted."""
+    """After a time-to-live has expired nothing moves it until a stop or a hello."""
     for again in (StopBody(), HelloBody(SESSION)):
         bench = Bench()
         bench.say(AHEAD)
         bench.wait(199)
-        bench.now_ms += 1  # the frame may be looked at before the clock is
+        bench.now_ms += 1  # the frame may be judged before the clock advances
         assert bench.say(body) is Verdict.TIMED_OUT
         bench.wait(late_ms)
         assert bench.say(body) is Verdict.TIMED_OUT
@@ -307,7 +307,7 @@ def test_what_has_stopped_by_itself_does_not_go_on_by_itself(body: Body, late_ms
 
 
 def test_it_can_be_driven_after_any_uptime() -> None:
-    """A hundred days in one session, through two wraps, and it drives and expires as at first."""
+    """A hundred days in one session, across two wraps, and it drives and expires as at first."""
     bench = Bench()
     for _ in range(10):
         bench.now_ms += 10 * 24 * 3600 * 1000
@@ -334,7 +334,7 @@ speeds = st.integers(-32_768, 32_767)
 def test_the_ramp_is_never_exceeded(
     acceleration: int, braking: int, told: list[tuple[int, int, int]]
 ) -> None:
-    """Each wheel is just as fast as its ramp allows, and never passes its target."""
+    """Each wheel is exactly as fast as its ramp allows, and never passes its target."""
     bench = Bench(WRAP - 700, acceleration_mmps2=acceleration, braking_mmps2=braking)
     oracle = [0, 0]
     for left, right, pause_ms in told:
@@ -348,7 +348,7 @@ def test_the_ramp_is_never_exceeded(
 
 
 def _ramped(was: int, target: int, acceleration: int, braking: int, elapsed_ms: int) -> int:
-    """Give the next speed, in µm/s, by a definition of its own: towards the target, in parts."""
+    """Return the next speed in µm/s by an independent definition: towards the target, in parts."""
     target *= 1000
     if was * target < 0:
         target = 0
@@ -358,7 +358,7 @@ def _ramped(was: int, target: int, acceleration: int, braking: int, elapsed_ms: 
 
 
 def test_a_stop_brakes_and_a_pause_does_not_jump() -> None:
-    """600 mm/s end within 30 ms as configured; a second in which nothing ran counts for 20 ms."""
+    """600 mm/s end within 30 ms as configured; a second without a step counts as 20 ms."""
     bench = Bench(acceleration_mmps2=1000, braking_mmps2=20_000)
     bench.now_ms += 1000
     bench.say(AHEAD, ttl_ms=1000)
@@ -374,7 +374,7 @@ def test_a_stop_brakes_and_a_pause_does_not_jump() -> None:
 
 
 def test_a_pressed_bumper_stops_the_way_there() -> None:
-    """It does not go on towards what it has hit, but away from it and on the spot it does."""
+    """It does not drive on towards what it has hit; away from it, and on the spot, it does."""
     ahead, back, spot = DriveBody(100, 60), DriveBody(-60, -100), DriveBody(80, -80)
     blocked = {(ahead, 1), (ahead, 3), (back, 2), (back, 3)}
     for body in (ahead, back, spot):
@@ -388,7 +388,7 @@ def test_a_pressed_bumper_stops_the_way_there() -> None:
 
 
 def test_moving_is_what_the_wheels_do() -> None:
-    """It moves from the first speed to an encoder's last tick; each change is told at once."""
+    """It moves from the first speed to an encoder's last tick; each change is reported at once."""
     bench = Bench(still_ms=50)
     assert bench.told().moving is False
     bench.say(AHEAD, ttl_ms=100)
@@ -422,7 +422,7 @@ def test_one_wheel_is_motion_too() -> None:
 
 @CLOCKS
 def test_reports_come_twenty_times_a_second(start_ms: int) -> None:
-    """Each 50 ms one, whatever happens or not."""
+    """One comes every 50 ms, whatever happens or not."""
     bench = Bench(start_ms)
     bench.told()
     came = []

@@ -1,4 +1,4 @@
-"""The edges of what the firmware does: first, last, smallest, longest."""
+"""The edges of the firmware's behaviour: first, last, smallest, longest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from wax.robot.serial.frames import (
 
 
 def test_it_begins_without_a_turn_and_without_a_fault() -> None:
-    """Before anybody has greeted it, it reports every 50 ms that it stands and took nothing."""
+    """Before any hello it reports every 50 ms that it stands and has accepted nothing."""
     core = Core()
     for now_ms in range(51):
         core.tick(now_ms)
@@ -33,7 +33,7 @@ def test_it_begins_without_a_turn_and_without_a_fault() -> None:
 
 
 def test_a_hello_is_answered_at_once() -> None:
-    """However shortly after the last report it comes."""
+    """It is answered however soon after the last report it comes."""
     bench = Bench()
     bench.told()
     assert bench.report() is None
@@ -57,7 +57,7 @@ def test_a_stop_of_a_past_turn_brings_nothing_of_it_back() -> None:
 
 
 def test_a_hello_of_seven_weeks_ago_is_not_of_this_moment() -> None:
-    """When the clock has come round to the hello's time again, it is long ago all the same."""
+    """When the clock returns to the hello's time after a wrap, the hello is old all the same."""
     bench = Bench()
     for _ in range(2):
         bench.now_ms += WRAP // 2
@@ -82,7 +82,7 @@ def test_an_axis_does_not_end_the_motion() -> None:
 
 
 def test_motion_does_not_move_an_axis() -> None:
-    """Where the camera looks stays when the robot drives and when it stops."""
+    """The camera keeps its direction when the robot drives and when it stops."""
     bench = Bench()
     bench.say(AxisBody(0, 5000))
     bench.say(AHEAD)
@@ -102,7 +102,7 @@ def test_the_slowest_ramp_gets_there(sign: int) -> None:
 
 @pytest.mark.parametrize(("wheels", "bumper"), [((1, 0), 1), ((0, 1), 1), ((-1, 0), 2)])
 def test_a_bumper_stops_the_slowest_motion(wheels: tuple[int, int], bumper: int) -> None:
-    """However slowly it goes there, it does not."""
+    """Even the slowest motion towards the obstacle is stopped."""
     bench = Bench()
     bench.say(DriveBody(*wheels))
     bench.wait(20, bumpers=bumper)
@@ -124,7 +124,7 @@ def test_a_frame_that_is_too_long_is_known_by_its_third_byte() -> None:
 
 @pytest.mark.parametrize("length", [238, 239, 254, 255])
 def test_an_impossible_length_costs_one_frame(length: int) -> None:
-    """What is behind it is read, and nothing of it is damage."""
+    """The next frame is read, and no part of it counts as damage."""
     core = Core()
     core.push(bytes([0xA5, 0x5A, length]) + encode(Frame(HelloBody(7)), 7))
     found = core.next(0)
@@ -134,7 +134,7 @@ def test_an_impossible_length_costs_one_frame(length: int) -> None:
 
 
 def test_it_keeps_one_frame_and_no_more() -> None:
-    """Of what nobody has asked about the first 50 bytes are kept, which is the longest frame."""
+    """Of bytes that were not asked for it keeps the first 50, the length of the longest frame."""
     hello = encode(Frame(HelloBody(7)), 7)
     for noise, is_found in ((50 - len(hello), True), (51 - len(hello), False)):
         core = Core()

@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.system, pytest.mark.full, pytest.mark.timeout(120)]
 AHEAD = Twist(0.4, 0.0)
 HALF = power(400, full_mmps=800, least=40)
 SERVO_ERROR_US = 15
-"""As `port.h` promises, and so the next two."""
+"""As `port.h` promises, like the next two."""
 WATCHDOG_MOST_MS = 250
 TICKS_PER_S = 5000
 
@@ -75,7 +75,7 @@ class Uno(BoardProcess):
         return self.newest("motors")
 
     def drive(self, twist: Twist, until: Callable[[], bool], turn: int = 1) -> None:
-        """Stand, then go until it is so; after a lost connection stand again, as people must."""
+        """Stand, then drive until `until`; after a lost connection stand first, as people must."""
         epoch = 0
 
         def so() -> bool:
@@ -105,7 +105,7 @@ def uno(elf: Path, tmp_path: Path) -> Iterator[Uno]:
 def test_the_motors_get_what_the_server_says(
     uno: Uno, twist: Twist, motors: tuple[int, int]
 ) -> None:
-    """Power and direction at the chip's pins are those of the wheels' speeds; a stop ends them."""
+    """The chip's pins have the power and direction of the wheels' speeds; a stop ends them."""
     assert uno.motors == (0, 0)
     uno.drive(twist, lambda: uno.motors == motors)
     uno.drive(twist, lambda: uno.state.moving is True)
@@ -115,7 +115,7 @@ def test_the_motors_get_what_the_server_says(
 
 
 def test_a_servo_gets_its_pulses(uno: Uno) -> None:
-    """None before its axis is told where to go; then of the right width, each 20 ms."""
+    """There are none before its axis has a position; then they have its width, every 20 ms."""
     time.sleep(0.2)
     assert uno.all("pulse") == []
     uno.driver.apply(STANDSTILL, 1)
@@ -143,7 +143,7 @@ def test_what_it_feels_is_told(uno: Uno) -> None:
 
 
 def test_a_pressed_bumper_stops_it(uno: Uno) -> None:
-    """The front one, on pin 12, holds it where it is, but lets it go back."""
+    """The front bumper, on pin 12, stops it there, but lets it go back."""
     uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
     uno.write("press 4")
     uno.drive(AHEAD, lambda: uno.motors == (0, 0) and uno.state.bumpers == 1)
@@ -153,7 +153,7 @@ def test_a_pressed_bumper_stops_it(uno: Uno) -> None:
 
 
 def test_a_pulled_cable_stops_it(uno: Uno) -> None:
-    """By its own clock; put back it stands until it is driven anew."""
+    """Its own clock stops it; plugged in again it stands until it is driven anew."""
     uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
     uno.write("unplug")
     uno.wait_until(lambda: uno.motors == (0, 0))
@@ -168,7 +168,7 @@ def test_a_pulled_cable_stops_it(uno: Uno) -> None:
 
 
 def test_a_program_that_hangs_is_restarted(uno: Uno) -> None:
-    """By the chip's watchdog, with the motors off; and it stands until it is driven anew."""
+    """The chip's watchdog restarts it, with the motors off; it stands until it is driven anew."""
     uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
     epoch = uno.state.epoch
     uno.write("hang")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 TRACES = int(os.environ.get("WAX_TRACES", share_of(2000)))
 MUTANT_TRACES = 400
 
-# What the core must not lack; each is a line of it, and what becomes of it.
+# The rules that the core must not lack: each is a line of it, with its replacement.
 MUTANTS = {
     "no time-to-live": ("robot.cpp", "now_ms - arrived_ms_ >= ttl_ms_", "now_ms > ~0u"),
     "goes on by itself": ("robot.cpp", "timed_out_ || has_run_out(now_ms)", "false"),
@@ -48,7 +48,7 @@ SHORT = ("no time-to-live", "no sequence", "a hello that does not stop")
 
 @pytest.mark.timeout(3600)
 def test_no_wrong_execution() -> None:
-    """Corrupted, repeated, disordered, lost, late, inserted, forged or another's: none moves it."""
+    """Corrupt, repeated, disordered, lost, late, inserted, forged or foreign: no frame moves it."""
     counts: Counter[str] = Counter()
     errors: Counter[str] = Counter()
     for seed in range(TRACES):
@@ -66,7 +66,7 @@ def test_no_wrong_execution() -> None:
 @pytest.mark.system  # each builds a core of its own
 @pytest.mark.parametrize("fault", [*SHORT, *at_length(*sorted(MUTANTS.keys() - SHORT))])
 def test_a_core_without_one_of_its_rules_is_found_out(fault: str, tmp_path: Path) -> None:
-    """With any one rule taken out of the core the same traces find a wrong execution."""
+    """With any one rule removed from the core, the same traces find a wrong execution."""
     core = _mutant(tmp_path, *MUTANTS[fault])
     with pytest.raises(AssertionError):  # noqa: PT012
         for seed in range(MUTANT_TRACES):

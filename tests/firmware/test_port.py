@@ -48,7 +48,7 @@ BROKEN = {
     "watchdog is slow": "a program that hangs is restarted",
     "restarts with power": "a program that hangs is restarted",
 }
-"""What may be wrong with a board, and the promise that is the first to notice."""
+"""The possible faults of a board, each with the promise that notices it first."""
 
 
 @cache
@@ -68,7 +68,7 @@ def run(*words: str) -> tuple[int, list[str]]:
 
 
 def test_a_board_that_keeps_all_promises_passes() -> None:
-    """Each promise is tested and kept, past the end of the board's clock as well."""
+    """Each promise is tested and kept, even past the end of the board's clock."""
     status, lines = run()
     assert status == 0, lines
     assert {line.split(" - ")[0] for line in lines} == {"ok"}
@@ -77,13 +77,13 @@ def test_a_board_that_keeps_all_promises_passes() -> None:
 
 
 def test_every_fault_of_the_made_up_board_is_here() -> None:
-    """None is left untried."""
+    """No fault is left untried."""
     assert sorted(run("--faults")[1]) == sorted(BROKEN)
 
 
 @pytest.mark.parametrize("fault", BROKEN)
 def test_a_board_with_a_fault_is_found_out(fault: str) -> None:
-    """The promise that it breaks is the first to be told as broken, with what was seen."""
+    """The promise that it breaks is the first reported as broken, with what was seen."""
     status, lines = run("--fault", fault)
     assert status == 1
     broken = [line.removeprefix("BROKEN - ") for line in lines if line.startswith("BROKEN - ")]
@@ -92,7 +92,7 @@ def test_a_board_with_a_fault_is_found_out(fault: str) -> None:
 
 
 def test_what_a_bench_cannot_see_is_not_called_kept() -> None:
-    """It is told as not tested; what needs no eyes is tested all the same."""
+    """It is reported as not tested; everything that needs no eyes is still tested."""
     status, lines = run("--blind")
     assert status == 0
     kept = [line for line in lines if line.startswith("ok - ")]
@@ -101,5 +101,5 @@ def test_what_a_bench_cannot_see_is_not_called_kept() -> None:
 
 
 def test_a_fault_that_there_is_not_is_refused() -> None:
-    """A typing error does not pass for a good board."""
+    """A typing error must not pass for a good board."""
     assert run("--fault", "no such fault")[0] == 2
