@@ -1,4 +1,4 @@
-"""A plugin of pytest that shows it another machine: another time, and folders in another order."""
+"""A pytest plugin that simulates another machine: another time, and folders in another order."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _list, _scan, _time = os.listdir, os.scandir, vars(time)["time"]
 
 
 class _Scanned:
-    """What `os.scandir` returns, from its end: an iterator that is a context, too."""
+    """The result of `os.scandir`, backwards: an iterator that is also a context manager."""
 
     def __init__(self, *where: Any) -> None:
         with _scan(*where) as found:

@@ -1,4 +1,4 @@
-"""Traces over a channel that nobody trusts: the errors of IEC 61784-3, and what came of them."""
+"""Traces over an untrusted channel: the errors of IEC 61784-3, and their outcomes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ERRORS: Final = (
 
 @dataclass
 class Tally:
-    """What came of all traces."""
+    """The outcomes of all traces."""
 
     traces: int = 1
     wrong: list[str] = field(default_factory=list)
@@ -44,9 +44,9 @@ class Trace(Protocol):
 def run(
     cells: Sequence[Cell], trace: Callable[[random.Random, Cell, Tally], Trace], of: int, seed: int
 ) -> Tally:
-    """Run `of` traces, the cells in turn; find that none is wrong, and each harm was done.
+    """Run `of` traces, the cells in turn; check that none is wrong, and that each error occurred.
 
-    The same seed makes the same traces; ``WAX_TRACES`` is another number.
+    The same seed makes the same traces; ``WAX_TRACES`` sets another number.
     """
     tally = Tally(int(os.environ.get("WAX_TRACES", share_of(of))))
     for number in range(tally.traces):

@@ -1,4 +1,4 @@
-"""What every test is held to: it leaves no task, thread or descriptor behind."""
+"""Rules for every test: it leaves no task, thread or descriptor behind."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 load_profiles()
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read with NumPy; the cores run tests, not one product
-gc.disable()  # until the tests are collected, of which nothing is garbage
+gc.disable()  # the objects that exist once the tests are collected are no garbage
 
-# As the server logs: to colour a traceback takes longer than most tests.
+# As the server logs: colouring a traceback takes longer than most tests.
 structlog.configure(
     [
         *structlog.get_config()["processors"][:-1],
@@ -34,7 +34,7 @@ structlog.configure(
 _DESCRIPTORS = "/proc/self/fd"
 _TELLS = Path(_DESCRIPTORS).is_dir()
 _SHARED_THREADS = ("asyncio_", "ThreadPoolExecutor", "pytest_timeout")
-"""Pools that live as long as the event loop or the process, by the beginnings of their names."""
+"""Pools that live as long as the event loop or the process, by the start of their names."""
 
 
 def _threads() -> set[str]:
@@ -43,16 +43,16 @@ def _threads() -> set[str]:
 
 
 def _descriptors() -> set[str]:
-    """Open files, sockets and pipes; empty where the system does not tell.
+    """Return open files, sockets and pipes; empty where the system does not list them.
 
-    Without `Path`, which takes nearly twice as long, and it is asked twice for each test.
+    Without `Path`, which takes nearly twice as long, since this runs twice for each test.
     """
     found = set()
     for number in os.listdir(_DESCRIPTORS) if _TELLS else ():  # noqa: PTH208
         try:
             target = os.readlink(f"{_DESCRIPTORS}/{number}")  # noqa: PTH115
         except OSError:
-            continue  # the one that listed this very folder
+            continue  # the descriptor that listed this very folder
         if target.startswith(("socket:", "/dev/")):
             found.add(f"{number} {target}")
     return found
@@ -60,17 +60,17 @@ def _descriptors() -> set[str]:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Keep away from what the servers of whoever runs the tests remember."""
+    """Keep away from the state of servers that the user runs."""
     os.environ.pop("STATE_DIRECTORY", None)
     os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
 
 
 @pytest.fixture(autouse=True)
 def _nothing_is_left() -> Iterator[None]:
-    """Compare threads and descriptors before and after; what is still ending may do so.
+    """Compare threads and descriptors before and after; those that are ending may finish.
 
-    What waits for the collector is no leak. It is called only where something seems left: to call
-    it after each test takes longer than the tests.
+    Garbage that waits for the collector is no leak. It is collected only if something seems to be
+    left, because collecting after each test would take longer than the tests.
     """
     threads, descriptors = _threads(), _descriptors()
     yield
@@ -87,17 +87,17 @@ def _nothing_is_left() -> Iterator[None]:
 
 @pytest_asyncio.fixture
 async def _no_task_is_left() -> AsyncIterator[None]:
-    """Fail when the test leaves a task running."""
+    """Fail if the test leaves a task running."""
     before = asyncio.all_tasks()
     yield
-    for _ in range(10):  # what was cancelled gets the chance to end
+    for _ in range(10):  # give cancelled tasks the chance to end
         await asyncio.sleep(0)
     left = asyncio.all_tasks() - before - {asyncio.current_task()}
     assert not [task.get_name() for task in left]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with what takes longest, so that the other cores do not wait for it at the end."""
+    """Start with the slowest tests, so that the other cores do not wait for them at the end."""
     items.sort(key=_may_take_s, reverse=True)
 
 
@@ -107,13 +107,13 @@ def _may_take_s(item: pytest.Item) -> float:
 
 
 def pytest_collection_finish() -> None:
-    """Set aside what is loaded by now, and look seldom through what comes."""
+    """Exclude all existing objects from garbage collection, and collect the new ones seldom."""
     gc.freeze()
     gc.set_threshold(50_000)
     gc.enable()
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Hold async tests to leaving no task as well; set up first, so that it looks last."""
+    """Check async tests for leftover tasks, too; set up first, so that it checks last."""
     if inspect.iscoroutinefunction(metafunc.function):
         metafunc.fixturenames.insert(0, "_no_task_is_left")

@@ -1,6 +1,6 @@
 """How many cases a property is tried with.
 
-A test says its full number. `make unit` and `make test` try a tenth of it, other cases each time
+A test gives its full number. `make unit` and `make test` try a tenth of it, other cases each time
 (in CI the same ones); `make test-all` tries all, by ``pytest --hypothesis-profile=full``.
 """
 
@@ -12,16 +12,16 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 _FULL: Final = 100
-"""What Hypothesis tries where a test says nothing."""
+"""Hypothesis's number where a test gives none."""
 _LEAST: Final = 10
 UNTIMED: Final = (HealthCheck.too_slow,)
 
 
 def load_profiles() -> None:
-    """Load the profile `quick`, and have `full` ready.
+    """Load the profile `quick`, and prepare `full`.
 
-    Nothing is timed: a busy machine is no failure. Both build on what Hypothesis has loaded by
-    itself: where CI is set, that draws the same examples each time and stores none.
+    Nothing is timed: a busy machine is no failure. Both build on the profile that Hypothesis has
+    loaded by itself: in CI that one draws the same examples each time and stores none.
     """
     for name, most in (("full", _FULL), ("quick", _FULL // 10)):
         settings.register_profile(
@@ -31,7 +31,7 @@ def load_profiles() -> None:
 
 
 def share_of(full: int) -> int:
-    """Give the loaded profile's share of a number of cases, at least one."""
+    """Return the loaded profile's share of a number of cases, at least one."""
     return max(1, full * settings().max_examples // _FULL)
 
 

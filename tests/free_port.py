@@ -1,4 +1,4 @@
-"""Ports for programs that are told theirs before they take it."""
+"""Ports for programs whose port must be known before they open it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Final
 
 _FIRST: Final = 20_000
 _MANY: Final = 12_000
-"""Below those that systems give to whoever asks for any, so that nobody else is given one."""
+"""Below the ports that systems give out themselves, so that nobody else gets one."""
 _NUMBERS: Final = itertools.count(os.getpid() * 97)
-"""Each process of the tests begins elsewhere."""
+"""Each process of the tests starts elsewhere."""
 
 
 def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
-    """Return a port of the loopback interface that nobody uses, and another one each time."""
+    """Return a free port of the loopback interface, another one each time."""
     while True:
         port = _FIRST + next(_NUMBERS) % _MANY
         with socket.socket(socket.AF_INET, kind) as probe, suppress(OSError):

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def full_pipe() -> Iterator[int]:
-    """Give the end to write to of a pipe that nobody reads and that takes no byte more."""
+    """Yield the writing end of a pipe that nobody reads and that accepts no more bytes."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     for size in (65_536, 1):

@@ -1,4 +1,4 @@
-"""An event maker for tests that are not about events, and a list of what was told."""
+"""An event maker for tests that are not about events, and a list of its events."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ QUIET = StateSeen(is_open=True, waiting=0)
 
 
 class Heard:
-    """Takes events, and tells them without what all have."""
+    """Receives events, and returns them without the fields that all have."""
 
     def __init__(self, clock: Clock, seen: Callable[[], StateSeen] = lambda: QUIET) -> None:
         self.events: list[Event] = []
         self.event_maker = EventMaker(clock=clock, seen=seen, send=self.events.append)
 
     def take(self) -> list[dict[str, Any]]:
-        """Return what was told since the last time."""
+        """Return the events since the last call."""
         told = [event.model_dump(exclude={"version", "timestamp"}) for event in self.events]
         self.events.clear()
         return told

@@ -1,4 +1,4 @@
-"""A boundary that holds nothing back, so that a test sees every fault."""
+"""A boundary that lets every fault through, so that a test sees it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class OpenFence(ErrorBoundary):
-    """Raises what a boundary would keep."""
+    """Raises what a boundary would catch."""
 
     def __init__(self) -> None:
         super().__init__(viewer=0, counters=Counters(), end=lambda: None)

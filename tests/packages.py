@@ -1,4 +1,4 @@
-"""Packages of somebody else, installed where Python finds them."""
+"""Third-party packages, installed where Python finds them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def install(
     """Put a package's files into `folder`, as pip would.
 
     `offers` are its entry points by group, `modules` their text by name, and `needs` the package
-    that each of its extras brings.
+    that each of its extras requires.
     """
     info = folder / f"{name.replace('-', '_')}-1.2.dist-info"
     info.mkdir()

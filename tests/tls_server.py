@@ -1,4 +1,4 @@
-"""A server that shakes hands by TLS, or does not, and a certificate for it as a test wants it."""
+"""A server with or without a TLS handshake, and a certificate as a test needs it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def pair(
     begins: datetime.datetime = NOW - DAY,
     ends: datetime.datetime = NOW + 30 * DAY,
 ) -> Path:
-    """Write a certificate, signed by itself, with its key; return the file with both."""
+    """Write a self-signed certificate with its key; return the file with both."""
     key = ec.generate_private_key(ec.SECP256R1())
     whose = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "robot")])
     made = (
@@ -65,9 +65,10 @@ def server_context(own: Path, *, wants_client: bool = False) -> ssl.SSLContext:
 def serving(
     context: ssl.SSLContext | None, answer: bytes = b"", plain: bytes | None = None
 ) -> Iterator[int]:
-    """Answer each who connects to the port with these bytes, after their first words, and hang up.
+    """Answer every connection to the port with these bytes after its first data, and hang up.
 
-    Without a context, in plain text; with `plain`, so to those who do not begin with a handshake.
+    Without a context in plain text; with `plain`, in plain text to clients that do not start a
+    handshake.
     """
     with socket.create_server(("127.0.0.1", 0)) as listening:
 

@@ -1,4 +1,4 @@
-"""Time for those who only ask for it."""
+"""Clocks that advance only when a test turns them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Turnable(Clock, Protocol):
 
 
 class TurnedClock:
-    """A clock that stands until it is turned."""
+    """A clock that stands still until it is turned."""
 
     def __init__(self, time_s: float = 1000.0) -> None:
         self.time_s = time_s
@@ -32,7 +32,7 @@ class TurnedClock:
 
 
 def turn_loop(by_s: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the running event loop's clock be so much later: what is due by then is due now."""
+    """Advance the running event loop's clock by this much: timers due by then are due now."""
     loop = asyncio.get_running_loop()
     time_s = loop.time
     monkeypatch.setattr(loop, "time", lambda: time_s() + by_s)

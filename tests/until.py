@@ -1,4 +1,4 @@
-"""Waits for what has no event to wait for; the limit ends what hangs, and is no deadline."""
+"""Waits for conditions without an event; the limit only ends a hang, and is no deadline."""
 
 from __future__ import annotations
 

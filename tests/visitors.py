@@ -1,4 +1,4 @@
-"""People at the door, for tests that are about something else."""
+"""Visitors and an admission, for tests that are about something else."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ def make_access(
     settings: AccessSettings | None = None,
     secret: bytes | None = None,
 ) -> Access:
-    """Return a door; of its own, unless `secret` is what another has, as after a restart."""
+    """Return an admission; `secret` makes it that of another, as after a restart."""
     return Access(settings or AccessSettings(), records, clock, secret or secrets.token_bytes(32))

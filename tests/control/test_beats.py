@@ -33,7 +33,7 @@ def test_only_the_newest_are_remembered() -> None:
 
 
 def test_a_word_that_comes_again_counts_from_then() -> None:
-    """If the same word is ever drawn twice, it stands for the later time."""
+    """If the same word is ever drawn twice, the later time counts."""
     beats = Beats(lambda: "again_")
     beats.send(1.0)
     beats.send(2.0)

@@ -79,7 +79,7 @@ def test_servers_that_know_no_probes_get_none_of_stops() -> None:
 
 @pytest.mark.parametrize("change", [b"", b"x", b" ", b"wax-probe"])
 def test_what_only_looks_like_a_probe_is_a_command(change: bytes) -> None:
-    """Whatever stands in a Stop, it stops."""
+    """A Stop with any other content stops the robot."""
     probe = _sent(Probes([STOP]), 0.0)[STOP]
     for payload in (probe.strip(), probe + change + b"x", change + b"x" + probe, probe[:-1]):
         assert not Probes([STOP]).consume(STOP, payload, 0.0)

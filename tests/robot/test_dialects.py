@@ -246,7 +246,7 @@ def test_almost_nothing_is_standstill() -> None:
 
 
 def test_half_of_the_limits_is_fine_still() -> None:
-    """Only what is above it is gross."""
+    """Only above half of the limits the coarse command is sent."""
     assert single().data_to_send(going(0.5, 0), 1.0)[0] == b"1F"
     assert single().data_to_send(going(0.51, 0), 1.0)[0] == b"2F"
 

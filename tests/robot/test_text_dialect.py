@@ -251,7 +251,7 @@ def test_begun_and_never_answered_again() -> None:
 
 
 def test_another_line_is_no_answer() -> None:
-    """What it says instead is counted, and shown in the complaint, made harmless."""
+    """A wrong line is counted, and the complaint quotes it, made harmless."""
     one = dialect(answers="OK")
     one.hello(1.0)
     assert one.complaint("/dev/x").code == "robot.no_lines"
@@ -283,7 +283,7 @@ def test_a_board_that_need_not_answer_is_there() -> None:
 
 
 def test_questions_are_asked_in_turn() -> None:
-    """Each interval the next one, beside the motion, from the beginning on."""
+    """In each interval the next question follows the motion, starting with the first."""
     one = begun(ask=["e\r", "v\r"], ask_ms=150)
     assert says(one, STAND, 1.01) == (b"v\r", 1.101)
     assert says(one, STAND, 1.101) == (STOP, 1.16)
@@ -293,7 +293,7 @@ def test_questions_are_asked_in_turn() -> None:
 
 
 def test_on_a_slow_port_no_stop_waits_behind_a_question() -> None:
-    """Beside a line that takes 83 ms nothing else is said; the question comes alone, later."""
+    """While a line takes 83 ms nothing else is sent; the question comes alone, later."""
     one = dialect(baud=1200, ask=["e\r"], ask_ms=100)
     one.hello(1.0)
     one.data_to_send(STAND, 1.1)
@@ -345,7 +345,7 @@ def test_a_place_is_known_where_ticks_have_a_length() -> None:
 
 
 def test_axes_move_when_they_are_told() -> None:
-    """Each in its own range, once for each new position, beside the motion."""
+    """Each has its own range, and its line follows the motion once per new position."""
     one = begun(
         axis=[
             {"line": "s 0 {position}\r", "least": 180.0, "most": 0.0},
@@ -361,7 +361,7 @@ def test_axes_move_when_they_are_told() -> None:
 
 @given(st.lists(st.tuples(st.binary(max_size=40), st.floats(0, 2)), max_size=12))
 def test_no_bytes_raise_or_move_it(heard: list[tuple[bytes, float]]) -> None:
-    """Whatever a robot sends, a dialect that is told to stand says nothing but stop."""
+    """Whatever a robot sends, a dialect that must stand sends nothing but stop."""
     one = dialect(answers="OK", reports=["{left_ticks} {right_ticks}", "V={battery_v}"])
     said, now_s = one.hello(1.0), 1.0
     for data, pause_s in heard:

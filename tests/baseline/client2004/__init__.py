@@ -1,1 +1,1 @@
-"""A model of the Java client of 2004 and of what it was served, beside the thesis's figures."""
+"""A model of the Java client of 2004 and of its server, compared with the thesis's figures."""

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class Baseline:
-    """The sender of `wax.baseline` with sound alone, for a client that asks.
+    """The sender of `wax.baseline` with only sound, for a client that asks.
 
     In 2004 a client asked for the next MU when it had the last; today the page acknowledges the
-    last. So asking is acknowledging, and the first request is the connection, at which the
+    last. So a request is an acknowledgement, and the first request is the connection, at which the
     client gets the MU "currently in the buffer" (3.3.3.2).
     """
 
@@ -33,7 +33,7 @@ class Baseline:
         self.skipped: list[int] = []
 
     def answer_ms(self, asked_ms: float) -> float | None:
-        """As `Server`; raises `RuntimeError` if asked so late that the last MU is given up.
+        """See `Server`; raises `RuntimeError` if asked so late that the last MU is given up.
 
         The sender waits for a second or longer; TCP, which lost nothing, needed no limit.
         """

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from tests.baseline.client2004.source import Recorder, Server
 
     Serve = Callable[[list[float]], Server]
-    """Makes a server of the times at which its MUs are ready."""
+    """Makes a server from the times at which its MUs are ready."""
 
 _ROUNDING_MS: Final = 1e-6
 _AHEAD_MS: Final = 1000.0
-"""The recording is longer by this than the listening; no client's request takes so long."""
+"""The recording is longer than the listening by this; no client's request takes so long."""
 
 
 @dataclass(frozen=True, slots=True)
 class Client:
     """`block_ms`: what Java's audio reads at once; `queue_mus`: the queue, in audio MUs.
 
-    The network thread asks for the next MU from `least_turn_ms` to `most_turn_ms` after it has
-    put the last one into the queue.
+    The network thread asks for the next MU from `least_turn_ms` to `most_turn_ms` after it has put
+    the last one into the queue.
     """
 
     least_turn_ms: float = 0.0
@@ -39,7 +39,7 @@ class Client:
 
 @dataclass(slots=True)
 class Heard:
-    """What came out. A pause is (when it began, how long), in ms; `given`, `skipped`: `Server`."""
+    """The result. A pause is (start, length), in ms; `given` and `skipped` are as in `Server`."""
 
     seconds: float
     pauses: list[tuple[float, float]] = field(default_factory=list)
@@ -67,12 +67,11 @@ class Heard:
 
 
 class Listening:
-    """Plays for `seconds` after the first `from_s`, of which no pause and no block is counted.
+    """Plays for `seconds` after the first `from_s`, whose pauses and blocks do not count.
 
-    Two threads with a queue between them, as events in the order of their times.
-
-    The card plays one block and asks for the next as that begins; so a read that takes no longer
-    than a block is not heard, one that does is a pause (5.2.1.2).
+    Two threads with a queue between them are modelled as events in the order of their times. The
+    card plays one block and asks for the next when that begins. So a read that takes no longer than
+    a block is inaudible; a longer one is a pause (5.2.1.2).
     """
 
     def __init__(
@@ -98,10 +97,10 @@ class Listening:
         self._heard = Heard(seconds)
         self._queued_ms = 0.0
         self._in_hand_ms = 0.0
-        """What the network thread has but the queue has no room for."""
+        """The MU that the network thread has but the queue has no room for."""
         self._dry_ms: float | None = None
-        """When the card will have played all that it has; None before it has had any."""
-        # The applet may be opened at any moment between two hand-overs of the card.
+        """When the card will have played all that it has; None before its first block."""
+        # The applet may be opened at any moment between two fragments of the card.
         self._arrives_ms = 0.0
         self._ask(chance.uniform(0.0, max(recorder.fragment_ms, mu_ms)))
         self._reads_ms = 0.0

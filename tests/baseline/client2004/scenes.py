@@ -21,9 +21,9 @@ class Scene:
 
     name: str
     profile: str
-    """The profile that stands for it, by which `e2e.delay.thesis` has its words."""
+    """The profile of this connection, under which `e2e.delay.thesis` has the thesis's words."""
     users: tuple[str, ...]
-    """Whose pauses the thesis tells there: the clients in `AUDIO`."""
+    """The clients in `AUDIO` whose pauses the thesis describes there."""
     path: SyntheticPath
     client: Client
 
@@ -36,7 +36,7 @@ class Scene:
         return "; ".join(dict.fromkeys(one.text for one in self.said(mu_ms))) or "–"
 
     def was_clean(self, mu_ms: int) -> bool | None:
-        """Return whether there were no pauses; None where the thesis does not say."""
+        """Return whether there were no pauses; None if the thesis does not say."""
         said = self.said(mu_ms)
         return all(one.longest_ms == 0 for one in said) if said else None
 

@@ -1,4 +1,4 @@
-"""The audio server's newest whole media unit at any time, which it gives once."""
+"""The audio server's newest complete media unit, which it gives only once."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Protocol
 class Recorder:
     """How the audio server of 4.2 records: an MU is cut from the sound card's fragments.
 
-    `fragment_ms` is how much sound the card hands over at a time, 0 for a card that hands over
-    every sample as it comes. `hand_over_ms` is how long the recorder needs from one MU to the
-    next when both are in what it has just been given.
+    `fragment_ms` is how much sound the card delivers at a time, 0 for a card that delivers every
+    sample as it comes. `hand_over_ms` is how long the recorder needs from one MU to the next when
+    both are in one fragment.
     """
 
     fragment_ms: float
@@ -33,7 +33,7 @@ class Recorder:
 
 
 class Server(Protocol):
-    """Whoever is asked for the sound: the shared memory of 2004, or what stands in its place.
+    """The source of the sound: the shared memory of 2004, or its replacement.
 
     `given` is the number of each MU that left and when, ms; `skipped` the numbers of those that
     never will.
@@ -45,7 +45,7 @@ class Server(Protocol):
     def answer_ms(self, asked_ms: float) -> float | None:
         """Give the newest MU not given yet, or wait for the next; return when it leaves.
 
-        None when nothing more is recorded. `asked_ms` never falls, nor is it before the last left.
+        None if nothing more is recorded. `asked_ms` never falls, nor is it before the last left.
         """
         ...
 
@@ -53,8 +53,8 @@ class Server(Protocol):
 class SharedMemory:
     """Holds one MU; the next replaces it, so a client that asks late has missed some (3.3).
 
-    `valid_ms` is how long an MU may wait besides. The thesis says the MU's own length, and "in
-    other words" until the next is ready, which is no limit, and the one taken where none is given.
+    `valid_ms` additionally limits how long an MU may wait. The thesis says the MU's own length, and
+    "in other words" until the next is ready. The latter is no limit, and is the default.
     """
 
     def __init__(self, ready_ms: list[float], valid_ms: float = math.inf) -> None:

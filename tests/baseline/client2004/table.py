@@ -18,7 +18,7 @@ MU_LENGTHS_MS: Final = (100, 200, 300, 400, 500)
 CLEAN_PER_S: Final = 0.05
 """Fewer pauses than one in 20 s count as none: no run that the thesis shows is longer."""
 FAR: Final = 2.0
-"""Longest pauses that are more than so many times apart are named."""
+"""Longest pauses that differ by more than this factor are listed."""
 WITHOUT_FRAGMENTS: Final = Recorder(fragment_ms=0.0, hand_over_ms=0.0)
 
 _SEEDS: Final = 4
@@ -78,7 +78,7 @@ def agreement() -> tuple[int, int]:
 
 
 def differences() -> list[str]:
-    """Name the cells and figures in which the model differs from the thesis."""
+    """Return the cells and figures in which the model differs from the thesis."""
     found = []
     for scene in SCENES:
         for mu_ms in MU_LENGTHS_MS:
@@ -93,7 +93,7 @@ def differences() -> list[str]:
 
 
 def _figures() -> list[str]:
-    """Say what does not come out of Figures 5.33 and 5.44: halved, and from 14 to 4 pauses."""
+    """Return what does not come out of Figures 5.33 and 5.44: halved, and from 14 to 4 pauses."""
     by_name = {scene.name: scene for scene in SCENES}
     found = []
     short, long = (hear(by_name["campus"], mu_ms) for mu_ms in (100, 200))

@@ -93,7 +93,7 @@ def test_a_person_outranks_a_server_that_drives(
 ) -> None:
     """Without their control nobody drives; with it a touch stops the robot, which is then theirs.
 
-    Who switches the server off means it all the same: nobody is left who holds the robot.
+    Switching the server off still ends its process, since then nobody holds the robot.
     """
     server = start()
     server.drive()

@@ -210,9 +210,9 @@ def test_the_process_ignores_what_a_terminal_sends(robot: Driver, log: Log) -> N
 
 
 def test_set_points_come_steadily(robot: Driver, log: Log) -> None:
-    """The robot hears more set-points than the server says where that says fewer than 50 a second.
+    """A robot gets more set-points than a server sends that sends fewer than 50 a second.
 
-    How many, on a clock that is turned by hand, `test_child_loop` tells.
+    `test_child_loop` tests how many, on a clock turned by hand.
     """
     since_s = time.monotonic()
     said = 0
@@ -277,7 +277,7 @@ def test_a_driver_that_cannot_be_closed_is_ended(made: Callable[..., Driver], lo
 def test_a_silent_server_lets_go_of_what_it_held(
     made: Callable[..., ProcessDriver], log: Log
 ) -> None:
-    """Through the real pipe: a horn and what moves begin, and end when the server says no more."""
+    """Through the real pipe, a horn and a motion begin, and end when the server falls silent."""
     controls = [
         ControlSettings(name="horn", kind="button"),
         ControlSettings(name="spin", kind="button", moves=True),
