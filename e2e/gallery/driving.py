@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
 
 _TOO_LATE_MS: Final = 3000
-"""A host may have set this. With the shipped value, a busy machine's own delay makes late too
-late."""
+"""A host may set this; by default a busy machine's own delay would make every picture too late."""
 _PUSH_PX: Final = 50
 _LATE: Final = "e2e.stop.camera:LateCamera"
 

@@ -122,7 +122,7 @@ def test_an_hour_stays_in_step(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("codec", CODECS)
 def test_what_is_not_finished_can_be_played(codec: Codec, tmp_path: Path) -> None:
-    """A killed server loses at most a second; a copy of the rest can be sought in."""
+    """A killed server loses at most a second; a copy of the rest is seekable."""
     path, cut = tmp_path / f"open{ENDINGS[codec]}", tmp_path / f"cut{ENDINGS[codec]}"
     made = record(path, codec, seconds=5)
     cut.write_bytes(path.read_bytes())  # what the operating system has at this moment

@@ -43,7 +43,7 @@ _REQUEST_S: Final = 0.00015
 """What the event loop spends beyond what is measured: on each piece received, and on each request
 with its tasks and system calls."""
 _LINE_BYTES: Final = 64
-"""The least mean of a chunked body: a chunk is two lines to parse, and proxies' have kilobytes."""
+"""The least average of a chunked body: each chunk is two lines to parse; proxies send kilobytes."""
 _FIRST_LINES: Final = 64
 _MOST_LINES: Final = 512
 
@@ -137,11 +137,11 @@ class Connection(web.RequestHandler):
         self._charge(began_s)
 
     def read_by_tls(self, read: Callable[[], None]) -> None:
-        """Charge what it takes to `read`, of which perhaps nothing is HTTP."""
+        """Charge the time that TLS takes to `read`, even if that yields no HTTP."""
         turnstile = self._limits.turnstile
         began_s, charged_s = time.thread_time(), turnstile.charged_s
         read()
-        began_s += turnstile.charged_s - charged_s  # what came of it is charged already
+        began_s += turnstile.charged_s - charged_s  # its handling was charged already
         self._charge(min(began_s, time.thread_time()))
         self._queue_next()
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, Limits, Pose, RobotState, Twist
 
 _WATCH_S: Final = 0.5
-"""How long the robot is watched once the process must end; a driver has a second in all."""
+"""How long the robot is watched once the process must end; closing a driver may take a second."""
 _STOOD_S: Final = 0.2
 _LOOK_S: Final = 0.01
 _MOVED_M: Final = 0.0005
