@@ -82,5 +82,5 @@ async def test_a_large_camera_dies_and_driving_goes_on(
         await shows(viewer, 2, 160)
         return is_driven
 
-    stands = "the robot stands since a camera beside the driving view died"
+    stands = "the robot stands since a camera other than the driving view died"
     assert await undisturbed(server, is_driven_on), stands

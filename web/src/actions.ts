@@ -14,7 +14,7 @@ export interface Actions extends HearingActions {
   setSound(on: boolean): void;
   setPicture(on: boolean): void;
   setSize(size: string): void;
-  /** Shows or hides the small pictures of the cameras beside the driving view. */
+  /** Shows or hides the small pictures of the cameras other than the driving view. */
   setCameras(on: boolean): void;
   /** Makes a camera large, null for the driving view. */
   enlarge(camera: number | null): void;
@@ -92,6 +92,6 @@ export interface Session {
   pictureStream(): MediaStream | null;
   /** The sound's level now, from 0 to 1: per ear, or of both together; empty if unknown. */
   soundLevels(): Promise<readonly number[]>;
-  /** Sets the element of a camera beside the driving view. */
+  /** Sets the element of a camera other than the driving view. */
   attachCamera(camera: number, element: HTMLVideoElement | null): void;
 }

@@ -19,7 +19,7 @@ interface Wiring {
 }
 
 /**
- * The cameras beside the driving view: which one is large, and whether they are alive.
+ * The cameras other than the driving view: which one is large, and whether they are alive.
  *
  * The driving view is on screen whatever is large. It becomes large again when a turn begins, and
  * when the camera that is large is no longer live.

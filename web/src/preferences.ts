@@ -11,7 +11,7 @@ export interface Preferences extends DrivePreferences {
   name: string;
   sound: boolean;
   picture: boolean;
-  /** Whether cameras beside the driving view are shown small. */
+  /** Whether cameras other than the driving view are shown small. */
   cameras: boolean;
   /** The largest picture, as `640x480`; empty for the largest available. */
   size: string;

@@ -145,7 +145,7 @@ export interface State extends Permissions {
   isConnected: ReadonlySignal<boolean>;
   /** Whether nothing has arrived over the connection recently. */
   isSilent: ReadonlySignal<boolean>;
-  /** The cameras beside the driving view. */
+  /** The cameras other than the driving view. */
   cameras: ReadonlySignal<readonly CameraInfo[]>;
   me: ReadonlySignal<ViewerInfo | null>;
   operator: ReadonlySignal<ViewerInfo | null>;

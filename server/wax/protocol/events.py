@@ -95,8 +95,8 @@ class StoppedByItself(_OfPerson):
 class FaultEvent(_Event):
     """A part has failed for some seconds, or has worked again for ten.
 
-    `which` is the name of a camera beside the driving view, or of a gauge, whose `why` is `warn` or
-    `stop`. A battery is low below 15 %, until it is above 20 %.
+    `which` is the name of a camera other than the driving view, or of a gauge, whose `why` is
+    `warn` or `stop`. A battery is low below 15 %, until it is above 20 %.
     """
 
     type: Literal["fault.began", "fault.mended"]

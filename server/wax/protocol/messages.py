@@ -204,7 +204,7 @@ class Want(_Incoming):
 
 
 class Look(_Incoming):
-    """Which camera beside the driving view this page shows large, null for none of them.
+    """Which camera other than the driving view this page shows large, null for none of them.
 
     It is an index into `Hello.cameras`. `small` says whether the page shows the others small.
     """
@@ -457,7 +457,7 @@ class VoiceRules(_Outgoing):
 
 
 class CameraInfo(_Outgoing):
-    """A camera beside the driving view, and the robot's axes that turn it."""
+    """A camera other than the driving view, and the robot's axes that turn it."""
 
     name: str
     axes: list[str]
@@ -523,7 +523,7 @@ class Hello(_Outgoing):
     voice: VoiceRules | None = None
     """Null where nobody can speak through the robot."""
     cameras: list[CameraInfo] = []
-    """The cameras beside the driving view."""
+    """The cameras other than the driving view."""
     controls: list[ControlInfo] = []
     gauges: list[GaugeInfo] = []
 
@@ -746,8 +746,8 @@ class Served(_Outgoing):
     layers_made: int | None = None
     """Temporal layers encoded."""
     cameras: list[str | None] = []
-    """The renditions of the cameras beside the driving view; null for one that this page does not
-    show, or that the driving view leaves no bitrate for."""
+    """The other cameras' renditions; null for one that this page does not show, or that the driving
+    view leaves no bitrate for."""
 
 
 class RtpClock(_Outgoing):

@@ -138,7 +138,7 @@ class Named(_Event):
 
 
 class Filmed(_Event):
-    """The recording of a camera beside the driving view begins: this is time 0 of its media file.
+    """The recording of another camera than the driving view begins: time 0 of its media file.
 
     `camera` is the number in that file's name, `name` is for people.
     """
@@ -187,7 +187,7 @@ class TapeListing(_Event):
 
 
 class TapeCamera(_Event):
-    """The pictures of a camera beside the driving view, which begin `began_ms` into their part.
+    """The pictures of a camera other than the driving view, which begin `began_ms` into their part.
 
     Their address is ``media/``, the part's name, ``/`` and `number`.
     """

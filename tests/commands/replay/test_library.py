@@ -93,7 +93,7 @@ def test_a_part_that_is_cut_is_played_from_a_copy(shelf: Shelf) -> None:
 
 @pytest.fixture
 def filmed(tmp_path: Path) -> tuple[Shelf, str]:
-    """Record a part with two cameras beside the driving view, of which one begins later."""
+    """Record a part with two cameras other than the driving view, of which one begins later."""
     made = Shelf(tmp_path)
     return made, record(made, BEGIN_S, CAMERAS)
 

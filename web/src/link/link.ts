@@ -76,7 +76,7 @@ export class Link {
   isThin = false;
   /** Whether the server accepts voices; set before the first connection. */
   mayHaveVoice = false;
-  /** The number of cameras beside the driving view; set before the first connection. */
+  /** The number of cameras other than the driving view; set before the first connection. */
   cameras = 0;
   #heartbeat = new Heartbeat(this.clock);
   #silence = new Silence(now());

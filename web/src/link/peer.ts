@@ -58,7 +58,7 @@ export class Peer {
   readonly #channels: Record<Channel, RTCDataChannel>;
   readonly #aborting = new AbortController();
 
-  /** `mayHaveVoice`: the server accepts voices; `cameras`: how many beside the driving view. */
+  /** `mayHaveVoice`: the server accepts voices; `cameras`: how many besides the driving view. */
   constructor(
     private readonly events: PeerEvents,
     mayHaveVoice = false,

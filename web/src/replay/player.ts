@@ -8,7 +8,7 @@ export type View = "was" | "seen";
 /**
  * Plays one part. The picture's element is the clock; its own sound plays in the view `was`. In the
  * view `seen` the sound comes from a separate element, as far behind the picture as it was for the
- * operator. Cameras beside the driving view keep in step with it.
+ * operator. Cameras other than the driving view keep in step with it.
  */
 export class Player {
   view: View = "was";

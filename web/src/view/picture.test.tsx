@@ -265,7 +265,7 @@ describe("a picture that is not live", () => {
   });
 });
 
-describe("cameras beside the driving view", () => {
+describe("cameras other than the driving view", () => {
   const TWO = [
     { name: "Door", axes: [] },
     { name: "Above", axes: ["pan"] },

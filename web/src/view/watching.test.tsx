@@ -104,7 +104,7 @@ describe("a photo", () => {
     expect(told()).toContain(why);
   });
 
-  it("of a camera beside the driving view is judged by that camera", async () => {
+  it("of a camera other than the driving view is judged by that camera", async () => {
     act(() => {
       session.state.large.value = 0;
       session.state.facts.value = { ...session.state.facts.peek(), pictureMs: 4000 };

@@ -270,7 +270,7 @@ export function drivingView(): string {
   return t("robot.driving_view");
 }
 
-/** Why a camera beside the driving view shows nothing; null if there is no reason. */
+/** Why a camera other than the driving view shows nothing; null if there is no reason. */
 export function cameraProblem(
   at: number,
   room: RoomState | null,

@@ -118,7 +118,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
 
 
 def _cameras(settings: Settings, *, running: bool) -> list[Check]:
-    """Return a check for each camera beside the driving view."""
+    """Return a check for each camera other than the driving view."""
 
     def check(one: CameraSettings) -> Check:
         return Check(

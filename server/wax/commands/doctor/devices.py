@@ -42,7 +42,7 @@ def camera(settings: Settings, *, running: bool) -> Verdict:
 
 
 def further_camera(settings: Settings, one: CameraSettings, *, running: bool) -> Verdict:
-    """Open a camera beside the driving view and wait for a picture."""
+    """Open a camera other than the driving view and wait for a picture."""
     if running:
         return warning(f"The camera {one.name} was not tried: WAX is running.", _BUSY)
     try:

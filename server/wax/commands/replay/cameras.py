@@ -1,4 +1,4 @@
-"""Which cameras beside the driving view can be shown with a part, and from which time."""
+"""Which cameras other than the driving view can be shown with a part, and from which time."""
 
 from __future__ import annotations
 
