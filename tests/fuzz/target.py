@@ -27,8 +27,8 @@ a second takes less than half of a core, before any limit applies."""
 
 _FAST_STEP_S: Final = 10e-9
 _SLOW_STEP_S: Final = 200e-9
-"""A step takes 25 ns. An input that takes less than this per step is not expensive; one that takes
-more than this per step in each of several tries is, even if C does it in few steps."""
+"""A step takes 25 ns. An input quicker than the former for each allowed step needs no count; one
+slower than the latter in each of several tries is too expensive, even if C does it in few steps."""
 
 _TRIES: Final = 5
 _INFLATED: Final = 3
