@@ -1,7 +1,7 @@
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
-/** Has the page ask for the player's worker with everything else, not when it is started. */
+/** Makes the browser load the player's worker together with the page, not when it is started. */
 function preloadWorker(): Plugin {
   return {
     name: "preload-worker",
@@ -25,32 +25,32 @@ export default defineConfig({
     target: "es2022",
     // The server's security policy allows no inline code or style.
     assetsInlineLimit: 0,
-    // Parts of the first load come beside each other; every such browser knows how by itself.
+    // Every supported browser can preload modules without a polyfill.
     modulePreload: { polyfill: false },
-    // In one file: several at once overfill a modem's queue, and what is lost there costs seconds.
+    // One file: several at once overfill a modem's queue, and each lost packet costs seconds.
     rolldownOptions: {
       output: { codeSplitting: { groups: [{ name: "first", test: /\/src\/main\.tsx$/ }] } },
     },
-    // livekit-client is as large as that; it is loaded only while the robot is full.
+    // livekit-client is this large; it is loaded only while the robot is full.
     chunkSizeWarningLimit: 600,
   },
   server: {
-    // `npm run dev` beside a running `wax`.
+    // `npm run dev` uses a running `wax`.
     proxy: { "/api": "http://localhost:8080" },
   },
   test: {
     include: ["{src,scripts}/**/*.test.{js,ts,tsx}"],
     setupFiles: ["src/testing/setup.ts"],
     restoreMocks: true,
-    // For what hangs: minutes of sound take seconds to simulate on a busy machine.
+    // Only a test that hangs takes longer; minutes of sound take seconds to simulate.
     testTimeout: 60_000,
-    // Files share processes, which saves half of the time. setup.ts gives each modules of its own, and
-    // dom.ts a window; Preact's are among these modules, since they keep what is still to be drawn.
+    // Files share processes, which saves half of the time. setup.ts gives each file its own modules, and
+    // dom.ts a window. Preact is inlined so that it is among these modules: it queues what is to be drawn.
     isolate: false,
     alias: { "vitest-environment-dom": `${import.meta.dirname}/src/testing/dom.ts` },
     server: { deps: { inline: ["preact", "@preact"] } },
     coverage: {
-      // The first watchdog: what the robot's other modules are held to by `make coverage`.
+      // The first watchdog, held to the same branch coverage as the robot's modules in `make coverage`.
       include: ["src/drive/**"],
       thresholds: { branches: 100 },
       reporter: ["text", "json-summary"],

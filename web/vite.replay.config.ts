@@ -3,11 +3,11 @@ import { defineConfig } from "vite";
 
 const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
 
-/** The page of `wax replay`, apart from the robot's, whose first load it must not make larger. */
+/** The page of `wax replay`, built apart so that the robot's page does not load more at first. */
 export default defineConfig({
   root: here("replay"),
   publicDir: here("public"),
-  // It lies below a path that nobody else on this machine can guess.
+  // It is served below a path that nobody else on this machine can guess.
   base: "./",
   build: {
     outDir: here("../server/wax/web/dist/replay"),
@@ -18,7 +18,7 @@ export default defineConfig({
     modulePreload: false,
   },
   server: {
-    // `TAPE=ADDRESS npx vite --config vite.replay.config.ts`, as a running `wax replay` prints it.
+    // `TAPE=ADDRESS npx vite --config vite.replay.config.ts` with the address that `wax replay` prints.
     proxy: Object.fromEntries(
       ["/api", "/media"].map((path) => [path, process.env.TAPE ?? "http://localhost:8090"]),
     ),

@@ -1,15 +1,15 @@
-// Makes TypeScript's DOM that of the oldest browsers the page is made for: what one of them lacks, by
-// MDN's compatibility data, may be undefined there. So whatever uses it without a test is an error of
-// types. TypeScript looks for it where it is written (its option libReplacement).
+// Cuts TypeScript's DOM types down to the oldest browsers that the page supports: whatever one of them
+// lacks, by MDN's compatibility data, may be undefined, so that using it untested is a type error.
+// TypeScript finds the file by its option libReplacement.
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const OLDEST = { chrome: 110, firefox: 128, safari: 16.4, safari_ios: 16.4 };
 
-/** What is used without a test all the same, each with its reason. */
+/** The APIs that need no test, each with its reason. */
 const USED = new Set([
-  "AudioDecoder", // in the decoder's worker alone, which is started only where there is one
+  "AudioDecoder", // only in the decoder's worker, which is started only where the browser has it
   "EncodedAudioChunk", // the same
   "URLSearchParams.size", // the page does not use it, but Node's types demand it in tests
 ]);
@@ -31,7 +31,7 @@ function isIn(one, oldest) {
 }
 
 /**
- * The browsers that lack what this entry is about; none where there is no entry.
+ * The browsers that lack this entry's API; none where there is no entry.
  * @param {Identifier | undefined} entry
  */
 function lacking(entry) {
@@ -47,11 +47,11 @@ function lacking(entry) {
 
 /**
  * @param {string} dom TypeScript's lib.dom.d.ts
- * @param {Identifier} api what is known of each interface
+ * @param {Identifier} api MDN's entries, by interface
  */
 export function oldestDom(dom, api) {
   const lines = dom.split("\n");
-  /** @type {Map<string, string[]>} what takes over the members of a mixin, which MDN tells there */
+  /** @type {Map<string, string[]>} the interfaces that inherit from a mixin; MDN lists its members there */
   const heirs = new Map();
   for (const line of lines) {
     const [, heir, bases] = /^interface (\w+).*? extends (.*) \{/.exec(line) ?? [];

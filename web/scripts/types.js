@@ -1,6 +1,6 @@
-// Makes src/generated/messages.ts from the server's message models, and beside it defaults.ts, the
-// fields that a message need not be given, and sentences.json, what the server says in English.
-// PYTHON names the interpreter to ask; it needs pydantic, and finds the server's sources beside this folder.
+// Makes src/generated/messages.ts from the server's message models, defaults.ts from the fields that a
+// message may leave out, and sentences.json from the server's sentences in English. PYTHON names the
+// interpreter, which needs pydantic.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { delimiter } from "node:path";
@@ -28,8 +28,7 @@ function askServer() {
 }
 
 /**
- * Writes a generated file; one that is unchanged keeps its time, so that a running dev server does
- * not reload.
+ * Writes a generated file, unless it is unchanged: a running dev server would reload.
  * @param {string} name
  * @param {string} made
  */
