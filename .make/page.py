@@ -1,7 +1,7 @@
 """Build the page from web/ into server/wax/web/dist, when its sources have changed.
 
-Two callers: make, for which `page.py run` leaves a built page, `page.py check` the packages that
-the checks of web/ need, and `page.py test` both; and the hook beside it, for wheels and source
+It has two callers. For make, `page.py run` leaves a built page, `page.py check` the packages that
+the checks of web/ need, and `page.py test` both. `hatch_build.py` calls it for wheels and source
 archives.
 
 The built page carries the fingerprint of its sources, in `dist/.sources`.
@@ -142,7 +142,7 @@ def retry(
 
 
 def environment(node: Path) -> dict[str, str]:
-    """Let npm and its scripts find this Python, wax, and first the programs in `node`."""
+    """Let npm and its scripts find this Python, wax, and, before others, the programs in `node`."""
     paths = [str(ROOT / "server"), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {
         **os.environ,

@@ -1,4 +1,4 @@
-# Run what measures, or tests the tests, after installing what it drives.
+# Run a measurement, or a test of the tests, after installing the programs that it drives.
 # usage: suite.sh measure | gallery | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
@@ -10,7 +10,7 @@ export PATH PYTHON
 what=$1
 shift
 
-# Whether a suite is measured: it is named among the words, or none is.
+# Whether a suite is measured: the words name it, or no suite at all.
 # usage: measures SUITE WORD…
 measures() {
     suite=$1
@@ -27,7 +27,7 @@ want_fuzz() {
         say "atheris could not be installed, see above"
 }
 
-# What the chosen suites drive. Whatever is missing all the same is said by the case that needs it.
+# What the chosen suites drive. A case says if something that it needs is still missing.
 want_suites() {
     want_playwright && want_chromium
     sh .make/firmware.sh board >/dev/null

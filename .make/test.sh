@@ -1,5 +1,5 @@
-# The tests of both languages, cheapest first, and pytest last so that its summary closes the output.
-# Every stage runs, one failure fails, and each says how long it took.
+# The tests of both languages, cheapest first, and pytest last so that its summary ends the output.
+# Every stage runs, even after one has failed, and says how long it took.
 # usage: test.sh unit | test | all
 #   unit   pure code: no browser, no other process
 #   test   the checks, unit, tests that start processes, the browsers
@@ -29,7 +29,7 @@ python_tests() {
     pytest -q -m "$markers" --hypothesis-profile="$profile" --durations=10 "$@"
 }
 
-# Beside each other, Python's in four, since they also wait, and last, for their summary.
+# Both at once; Python's in four processes, since they also wait, and last, for their summary.
 unit_tests() {
     npm run --silent --prefix web test >.cache/page-tests.log 2>&1 &
     page=$!
@@ -39,7 +39,7 @@ unit_tests() {
     return $failures
 }
 
-# A goal that is missed (1) is no failure: here it is asked whether the suite works. If no link can be
+# A missed goal (1) is no failure: the question here is whether the suite works. If no link can be
 # made, it says why and exits with 77; only CI treats that as a failure.
 delay() {
     rm -rf e2e/out/quick
@@ -65,7 +65,7 @@ if [ "$what" != unit ]; then
 fi
 stage "the unit tests of both languages" unit_tests
 [ "$what" != unit ] || exit $status
-# The files that hold tests so marked: to collect all others takes longer than many of these tests.
+# The files with tests of this marker: collecting all others takes longer than many of these tests.
 marked() { grep -rl "mark\.$1" tests --include='test_*.py' | sort; }
 # shellcheck disable=SC2046  # words
 started() { python_tests "system and not alone$short" $(marked system) -n 4 --dist worksteal; }
