@@ -13,11 +13,13 @@ ROOT: Final = Path(__file__).parents[1]
 _LINK: Final = re.compile(r"\]\(([^)\s]+)\)|<img src=\"([^\"]+)\"")
 _BLOCK: Final = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
 _CODE: Final = re.compile(r"`[^`\n]*`")
+_FILE: Final = re.compile(r"`([\w./-]+\.(?:py|tsx?|cpp|json))`")
+_CONSTANT: Final = re.compile(r"`(_?[A-Z]+(?:_[A-Z]+)*)`")
 _MOST_LINES: Final = 250
 _MOST_BYTES: Final = 16_000
-TEXTS: Final = sorted(
+FILES: Final = sorted(
     subprocess.run(
-        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "*.md"],
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
         capture_output=True,
         check=True,
@@ -26,6 +28,7 @@ TEXTS: Final = sorted(
     .stdout.rstrip("\0")
     .split("\0")
 )
+TEXTS: Final = [name for name in FILES if name.endswith(".md")]
 
 
 def _anchors(text: str) -> set[str]:
@@ -48,6 +51,20 @@ def test_links_lead_somewhere(name: str) -> None:
         assert there.exists(), f"{name}: {link}"
         if anchor:
             assert anchor in _anchors(there.read_text(encoding="utf-8")), f"{name}: {link}"
+
+
+def _found(name: str) -> list[str]:
+    return [one for one in FILES if f"/{one}".endswith(f"/{name}")]
+
+
+@pytest.mark.parametrize("name", ["server/README.md", ".github/CONTRIBUTING.md"])
+def test_the_guides_name_files_and_constants_that_exist(name: str) -> None:
+    """Files that are named without a link can be found, and constants in those files."""
+    for part in re.split(r"\n\n|\n(?=\|)", (ROOT / name).read_text(encoding="utf-8")):
+        files = {named: _found(named) for named in _FILE.findall(part)}
+        assert [named for named, found in files.items() if not found] == []
+        text = "".join((ROOT / one).read_text("utf-8") for found in files.values() for one in found)
+        assert [one for one in _CONSTANT.findall(part) if one not in text] == []
 
 
 def test_the_readme_is_read_in_five_minutes() -> None:
