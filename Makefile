@@ -22,7 +22,7 @@ check: ## lint, format, strict types and import rules, for both languages
 
 manual: ## rewrite config/wax.toml from the settings in server/wax/config
 	@sh .make/install.sh check
-	@.venv/bin/python -m wax.config >.cache/wax.toml && mv .cache/wax.toml config/wax.toml
+	@mkdir -p .cache && .venv/bin/python -m wax.config >.cache/wax.toml && mv .cache/wax.toml config/wax.toml
 
 measure: ## measure all that is published, three hours, resumable: make measure ARGS="stop --quick"
 	@sh .make/install.sh test
