@@ -149,6 +149,7 @@ def test_the_other_members_stay_known(kind: str) -> None:
 def test_a_missing_gauge_that_stops_holds_by_its_name(name: str, wrong: Any) -> None:
     """The link stays up; only the gauge that needs the missing number holds the robot."""
     talk = Ros2Conversation(ros2_settings(0).own(Ros2Settings), Limits(0.5, 1.0))
+    talk.opened(0.0)
     talk.judged(None, alone=True)
     talk.handle_message("battery", spoilt("battery", (name,), wrong), 1.0)
     state = talk.state(1.0)
