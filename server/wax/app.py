@@ -116,12 +116,7 @@ class App:
         parts.control.listen(*(one for one in listeners if one is not None))
         self._room = Room(parts)
         self._status = Status(parts, self._room, steps)
-        self._proof_runner = ProofRunner(
-            control=parts.control,
-            driver=parts.driver,
-            config_path=config_path,
-            changed=parts.viewers.changed,
-        )
+        self._proof_runner = ProofRunner(parts, config_path)
         routes = self._make_routes()
         self.tls = make_tls(settings.server, clock)
         self._host_link = HostLinkSocket(settings.server.state_dir, self.new_host_link)

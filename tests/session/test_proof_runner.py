@@ -7,6 +7,7 @@ import signal
 import sys
 from contextlib import suppress
 from html import unescape
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
 
 import pytest
@@ -25,8 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-    from wax.control.loop import ControlLoop
-    from wax.driver.interface import Driver
+    from wax.session.parts import Parts
 
 pytestmark = pytest.mark.system
 
@@ -60,12 +60,9 @@ def robot() -> Robot:
 async def proving(robot: Robot, tmp_path: Path) -> AsyncIterator[ProofRunner]:
     config = tmp_path / "wax.toml"
     config.write_text('[robot]\ndriver = "simulated"\n')
-    made = ProofRunner(
-        control=cast("ControlLoop", robot),
-        driver=cast("Driver", robot),
-        config_path=config,
-        changed=lambda: None,
-    )
+    viewers = SimpleNamespace(changed=lambda: None)
+    parts = SimpleNamespace(control=robot, driver=robot, viewers=viewers)
+    made = ProofRunner(cast("Parts", parts), config)
     yield made
     await made.stop()
 

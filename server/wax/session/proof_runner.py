@@ -21,10 +21,7 @@ from wax.protocol.http_bodies import ProofProgress, ProofState
 from wax.sentence import Sentence, read, says
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from wax.control.loop import ControlLoop
-    from wax.driver.interface import Driver
+    from wax.session.parts import Parts
 
 _LOG = structlog.get_logger(__name__)
 
@@ -41,18 +38,11 @@ NOT_ALL: Final = 3
 class ProofRunner:
     """One proof at a time; `driver` is closed for it and opened again."""
 
-    def __init__(
-        self,
-        *,
-        control: ControlLoop,
-        driver: Driver,
-        config_path: Path | None,
-        changed: Callable[[], None],
-    ) -> None:
-        self._control = control
-        self._driver = driver
+    def __init__(self, parts: Parts, config_path: Path | None) -> None:
+        self._control = parts.control
+        self._driver = parts.driver
+        self._viewers = parts.viewers
         self._config_path = config_path
-        self._changed = changed
         self._state: ProofState = "never"
         self._line: Sentence | None = None
         self._record: str | None = None
@@ -100,7 +90,7 @@ class ProofRunner:
 
     async def _lend(self) -> None:
         self._control.lend_driver(LENT)
-        self._changed()
+        self._viewers.changed()
         try:
             await asyncio.to_thread(self._driver.close)
             await self._prove()
@@ -113,7 +103,7 @@ class ProofRunner:
             if not self._is_ending:
                 self._driver.open()
                 self._control.lend_driver(None)
-                self._changed()
+                self._viewers.changed()
 
     async def _prove(self) -> None:
         with folders.temporary("wax-proof-") as folder:
