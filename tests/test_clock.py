@@ -50,7 +50,7 @@ class Machine:
 
 
 class MachinesClock(SystemClock):
-    """The server's own clock on that machine, which the control loop's bench turns while awake."""
+    """The server's clock on that machine; when a bench sets its time, the machine stays awake."""
 
     def __init__(self, machine: Machine) -> None:
         super().__init__("linux")

@@ -22,7 +22,7 @@ _ALSO: Final = (("RTCRtpReceiver", "playoutDelayHint"), ("Navigator", "wakeLock"
 def shaped_like(version: float) -> str:
     """Return the script that turns a page's browser into the Safari of this version of iOS.
 
-    An API that Safari has in some of its places stays; workers keep everything.
+    An API that Safari has in at least one place stays everywhere; workers keep all APIs.
     """
     data = json.loads(_DATA.read_text(encoding="utf-8"))
     parts = {**data["javascript"]["builtins"], **data["api"]}

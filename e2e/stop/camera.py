@@ -129,7 +129,7 @@ def _running_loops() -> list[asyncio.AbstractEventLoop]:
 
 
 class Control:
-    """Controls the camera: `with Control() as control:`; a rig of `Fault`."""
+    """Controls the camera: `with Control() as control:`. It serves as a `rig` in `Fault`."""
 
     def __init__(self) -> None:
         self._temporary = TemporaryDirectory(prefix="wax-camera-")

@@ -94,8 +94,8 @@ class Fault:
 
     A `rig` is made before the server, and has `settings` and `environment` for it; a `prop` is made
     after. With `at_full_speed` the operator sees the picture, and the stopping distance has a row.
-    Each of several `kinds` is measured `n` times; one kind may have several stages, `at_once`,
-    which share them.
+    Each of several `kinds` is measured `n` times. If there is only one, `at_once` servers may share
+    the `n` trials.
     """
 
     key: str

@@ -288,8 +288,8 @@ def test_the_clock_of_a_turn_stands_still_while_a_gauge_keeps_it(rig: Rig) -> No
     assert rig.turns.paused_left_s(rig.clock.time_s) is not None
 
 
-def test_a_stop_is_said_before_a_gauge(rig: Rig) -> None:
-    """With a stop and a gauge, the status names the gauge; the page gets the stop from the room."""
+def test_the_status_names_the_gauge_even_during_a_stop(rig: Rig) -> None:
+    """The status names the gauge; the page learns of the stop from the room's state."""
     rig.driver.now = replace(COOL, gauges={"heat": 81.0})
     rig.step()
     rig.loop.press_stop(says("Bob"))

@@ -141,7 +141,7 @@ def test_a_new_connection_knows_nothing() -> None:
 @pytest.mark.parametrize("wrong", ["", "nan", "-inf", "ovf", "NULL"])
 @pytest.mark.parametrize("at", range(4))
 def test_each_number_of_a_line_counts_for_itself(at: int, wrong: str) -> None:
-    """A failing sensor leaves the others in its line intact, and no wheel is made up."""
+    """An invalid number does not affect the others in its line, and is not taken for motion."""
     told = reports("R {battery_mv},{bumpers},{left_ticks},{right_ticks}")
     assert told.parse_line("R 12000,1,0,0", 1.0)
     second = ["12100", "1", "9", "9"]

@@ -74,7 +74,7 @@ class Receiver:
         return self._hand_off(picture)
 
     def _wants(self, before: int | None, number: int) -> str:
-        """Judge by its newest picture a layer that the picture may refer to."""
+        """Judge `number` by `before`, the newest picture of a layer that it may refer to."""
         if before is None:
             return "wait"
         if before >= number:

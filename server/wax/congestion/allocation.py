@@ -42,8 +42,9 @@ class Allocation:
 
     Pictures above `top_layer` are dropped. `redundancy` is the number of earlier units that each
     packet of sound repeats (RFC 2198). `reason` tells the viewer why they get no more. `tries` is
-    true while a given-up picture is on trial, before anything shows that the link carries it.
-    `left_bps` is the rate left for other cameras to start with, `kept_bps` for those already sent.
+    true while a picture that had been given up is on trial: nothing shows yet that the link carries
+    it. `left_bps` is the rate with which other cameras may start; `kept_bps` is the rate that those
+    already sent may keep.
     """
 
     step: Step | None

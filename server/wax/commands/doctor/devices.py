@@ -132,7 +132,7 @@ def _shown(source: str) -> str:
 def _heard(name: str, first: Sound, source: Any) -> Verdict:
     pieces = [first, *(source.read() for _ in range(_PIECES))]
     both = np.concatenate([piece.with_channels(2).samples for piece in pieces])
-    # A constant is no sound: cheap sound cards give one, where the microphone is muted, too.
+    # A constant signal counts as silence: a cheap sound card gives one even when it is muted.
     moves = np.ptp(both, axis=0).astype(bool)
     if not moves.any():
         return warning(
