@@ -82,7 +82,7 @@ _BESIDE: Final[tuple[tuple[Any, ...], ...]] = (
 )
 """The cells for comparison, or shown next to a goal's; each once."""
 _CROWDED: Final[tuple[SystemName, ...]] = ("thesis", "operator", "stock")
-"""With a crowd of observers under audio-master, the page is the operator's."""
+"""What the measured page uses; the crowd around it are observers under audio-master."""
 _DRIVEN: Final[tuple[SystemName, ...]] = ("operator", "audio-master", "stock")
 _CROWD: Final = ("same-machine", "operator", {"viewers": 41, "slow": 4})
 

@@ -250,7 +250,7 @@ async def test_where_there_is_no_direct_way_the_relay_carries(tmp_path: Path) ->
 
 @pytest.mark.full
 async def test_a_door_that_dies_or_falls_silent_is_missed_and_found_again(tmp_path: Path) -> None:
-    """Both are noticed: within ten seconds, and within five of the return; `wax doctor` agrees."""
+    """A lost door is noticed within 10 s, its return within 5 s, and `wax doctor` agrees."""
     async with dialling(tmp_path, CARRIED) as dials:
         await dials.leads(10)
         assert {level for check, level in (await dials.doctor()).items() if "door" in check} == {
@@ -286,7 +286,7 @@ async def test_where_22_is_closed_the_tunnel_goes_by_443(tmp_path: Path) -> None
 
 @pytest.mark.full
 async def test_no_robot_takes_anothers_place(tmp_path: Path) -> None:
-    """Not by another's port with its own key, nor by the same line; the connected robot stays."""
+    """A robot gets it neither with its own key and another's port nor with another's whole line."""
     async with dialling(tmp_path, CARRIED, names=(NAME, OTHER_NAME)) as dials:
         await dials.leads(10)
         path = configured(tmp_path, dials.door.line(OTHER_NAME), "other")

@@ -107,7 +107,7 @@ LIMITED, FULL = 1, 2
     ],
 )
 def test_what_a_stream_declares_is_honoured(frame: av.VideoFrame) -> None:
-    """Declared range and matrix count, otherwise the format's, within four steps of 255."""
+    """Colours are right within 4 of 255, by the declared range and matrix, or else the format's."""
     for part in (2, 4):  # as it is, and half as large
         i420 = fit_frame(frame, frame.width // part * 2, frame.height // part * 2)
         assert shown(i420) == pytest.approx(np.array(BARS), abs=4)

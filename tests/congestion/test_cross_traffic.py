@@ -31,8 +31,8 @@ def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
 def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
     """The later viewer ends at the same step of the ladder or the next, and neither starves.
 
-    On a thin bottleneck the next smaller step is half the share, and stays where no larger step
-    fits.
+    On a thin bottleneck the next smaller step needs half the rate, so one viewer may get half of
+    what the other gets if no larger step fits.
     """
     first, second = beside_viewer(seed, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
     steps = [LADDER.index(one.record.changes()[-1][1]) for one in (first, second)]

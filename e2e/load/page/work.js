@@ -1,11 +1,11 @@
-// Notes the page's tasks of more than 50 ms, and counts pictures as the compositor was given them.
+// Records the page's tasks of more than 50 ms, and the rate at which it presents pictures.
 (() => {
   window.waxLongTasks = [];
   new PerformanceObserver((list) => {
     for (const { duration } of list.getEntries()) window.waxLongTasks.push(duration);
   }).observe({ type: "longtask" });
 
-  // Pictures a second, over so many ms.
+  // Returns the pictures presented a second, averaged over at least `ms`.
   window.waxPresented = (ms) =>
     new Promise((resolve) => {
       const video = document.querySelector("video");

@@ -2,7 +2,7 @@
 
 The driving view is chosen as if there were no other camera (`wax.congestion.allocator`). The others
 share the rest, the one shown large first; when the rest shrinks they are dropped at once. They
-return once they have fitted for a while, longer after each return that was too early.
+return once they have fitted for a while, which grows with each return that was too early.
 """
 
 from __future__ import annotations
@@ -40,9 +40,10 @@ class CameraChoice:
     ) -> list[Step | None]:
         """Return the step of each camera, None for nothing.
 
-        `wishes` has an entry for every camera: its acceptable steps, the best first, none if the
-        viewer does not watch it. The more important camera has more of them. New steps start if all
-        fit in `left_bps`, and continue while all fit in `kept_bps`; the link's rate is `rate_bps`.
+        `wishes` lists each camera's acceptable steps, the best first; the list is empty if the
+        viewer does not watch it, and the longer, the more important the camera is. New steps start
+        if all fit in `left_bps`, and continue while all fit in `kept_bps`; the link's rate is
+        `rate_bps`.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s

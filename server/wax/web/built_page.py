@@ -53,7 +53,7 @@ class _File:
 
 
 class BuiltPage:
-    """Reads the page in `folder`; raises `OSError` if there is none. `branded` makes it the host's.
+    """Reads the page in `folder`; raises `OSError` if there is none. `branded` adds branding.
 
     `calendar` has the opening hours, and is None if the robot is always open.
     """
@@ -141,7 +141,7 @@ async def _send(
     headers = {**headers, "Vary": "Accept-Encoding"}
     answer = web.StreamResponse(headers=headers)
     answer.etag = ETag(value=file.digest, is_weak=True)  # weak, since it may be compressed
-    # Searched, not parsed: of thousands of tags, aiohttp would parse each in a step.
+    # Search the header's text: aiohttp would parse thousands of tags without yielding.
     if f'"{file.digest}"' in request.headers.get(hdrs.IF_NONE_MATCH, ""):
         answer.set_status(304)
         await answer.prepare(request)

@@ -1,8 +1,9 @@
 """TLS handshakes: their connections count from the start, and have a timeout.
 
 asyncio's own servers report a TLS connection only after its handshake, so those that never shake
-hands would not count. And here, each connection gets the newest certificate. Afterwards, the work
-of TLS is charged too: 2 KB of key updates (RFC 8446, 4.6.3) take 2 ms.
+hands would not count. And here, each connection gets the newest certificate. After the handshake,
+the time that TLS takes counts as the connection's work: reading 2 KB of key updates (RFC 8446,
+4.6.3) takes 2 ms.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class _MeteredTls(sslproto.SSLProtocol):
 
 
 class _Secured(sslproto._SSLProtocolTransport):
-    """Pauses the line itself, where asyncio would read on, and have up to 256 KiB to read later."""
+    """Pauses the TCP transport itself; asyncio would go on reading, and buffer up to 256 KiB."""
 
     def pause_reading(self) -> None:
         cast("Any", self._ssl_protocol)._transport.pause_reading()

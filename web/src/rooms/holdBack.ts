@@ -1,7 +1,7 @@
 /** The most by which an observer's picture waits for its sound (thesis 3.3). */
 const MOST_MS = 500;
 const STEP_MS = 10;
-/** Errors smaller than this are left by steps and noise. */
+/** Smaller errors are ignored: they come from rounding and noise. */
 const SURE_MS = 8;
 /** Sound later than this is noticed (ITU-R BT.1359): if more would remain, do not wait. */
 const NOTICED_MS = 125;

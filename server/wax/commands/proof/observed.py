@@ -28,7 +28,7 @@ _STOOD_S: Final = 0.2
 _LOOK_S: Final = 0.01
 _MOVED_M: Final = 0.0005
 _TURNED_RAD: Final = 0.002
-"""The least change of a pose that is motion: less is noise, or a millimetre in ten reports."""
+"""A turn by more than this counts as motion; less is noise."""
 
 
 class ObservedSettings(DriverSettings):
