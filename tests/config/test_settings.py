@@ -33,7 +33,7 @@ def _problems(text: str, tmp_path: Path) -> list[str]:
 
 @pytest.mark.parametrize("table", ["sync.operator", "sync.observer", "robot.serial", "video"])
 def test_a_key_alone_leaves_the_others_as_they_are(table: str, tmp_path: Path) -> None:
-    """A file that writes one key of a table gives every other its default of that very table."""
+    """If a file sets one key of a table, the others keep the defaults of that table."""
     defaults = tomllib.loads(MANUAL)
     for name in table.split("."):
         defaults = defaults[name]
@@ -103,7 +103,7 @@ def test_the_hand_control_has_a_line_of_its_own(tmp_path: Path) -> None:
 
 
 def test_the_baseline_is_the_thesis() -> None:
-    """The file has every constant of the thesis, all queue, and each picture is dated."""
+    """The file sets every constant of the thesis; everybody queues, and each picture is dated."""
     tree = tomllib.loads((CONFIG / "thesis.toml").read_text(encoding="utf-8"))
     assert set(tree["thesis"]) == set(config.Settings().thesis.model_dump())
     settings = config.load(CONFIG / "thesis.toml")

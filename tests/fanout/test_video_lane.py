@@ -39,9 +39,10 @@ WHOLE = decoded_pictures(STREAM)
 def _through(
     lane: VideoLane, taken: list[int], tops: list[int] | None = None
 ) -> list[EncodedPicture]:
-    """Put the stream through a lane whose viewer takes up to `taken[i]` pictures after each put.
+    """Put the stream through a lane, and return what its viewer takes.
 
-    Before it the lane is cut to the layer `tops[i]`.
+    Picture i is put once the lane is cut to the layer `tops[i]`; then the viewer takes up to
+    `taken[i]` pictures.
     """
     out = []
     for picture, take, top in zip(STREAM, taken, tops or [2] * len(STREAM), strict=True):
@@ -72,9 +73,7 @@ def test_what_a_slow_viewer_gets_decodes_to_the_same_pictures(
 @examples(100)
 @given(TAKEN, TOPS)
 def test_what_depends_on_something_has_it(taken: list[int], tops: list[int]) -> None:
-    """What a picture says that it depends on was sent before it: the packetiser's numbers rely
-    on that.
-    """
+    """The pictures that a picture depends on are sent before it, as the packetiser assumes."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     newest: dict[int, int] = {}
@@ -143,7 +142,7 @@ def test_the_newest_is_sent_when_the_way_is_free() -> None:
     lane.choose(SMALL.name)
     lane.put(STREAM[0])
     assert lane.pop_next() is STREAM[0]
-    for picture in STREAM[1:4]:  # layers 2, 1 and 2, which is made of that 1
+    for picture in STREAM[1:4]:  # layers 2, 1, and a 2 that depends on that 1
         lane.put(picture)
     assert [lane.pop_next(), lane.pop_next(), lane.pop_next()] == [STREAM[2], STREAM[3], None]
 

@@ -24,7 +24,7 @@ _ABOUT_SENDERS: Final = "Forwarded", "X-Forwarded-For", "X-Forwarded-Proto", "X-
 _FOR: Final = re.compile(r'(?i)\bfor="?([^",;]*)')
 _TWO_SENDERS: Final = Sentence("request.two_senders")
 _MOST_CHARS: Final = 1024
-"""Of a header about the sender, to which a client may add: each comma takes a microsecond."""
+"""How much of a header about the sender is read: a client may add to it, and parsing takes time."""
 _TOO_LONG: Final = Sentence("request.too_large")
 
 
@@ -95,7 +95,7 @@ class Proxies:
         address = parsed(remote)
         if address is None or not self._trusts(address):
             return limit_key(remote)
-        # A longer one is refused later; its end is enough here.
+        # A longer header is refused later; its end names the sender well enough here.
         newest = [",".join(values)[-_MOST_CHARS:] for values in (x_forwarded_for, forwarded)]
         entries = _split(newest[:1]) or _FOR.findall(newest[1])
         return _limit_key(self._walk(address, entries)[0])

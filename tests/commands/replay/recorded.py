@@ -22,7 +22,7 @@ CAMERAS: Final = (CameraFormat("Door", "vp8", SIZE), CameraFormat("Tail", "h264"
 def record(shelf: Shelf, begin_s: float, cameras: Sequence[CameraFormat] = ()) -> str:
     """Record two seconds with a stop in the middle; return the part's name.
 
-    Each camera beside the driving view begins half a second after the one before.
+    Each of `cameras` begins half a second after the one before.
     """
     segment = Segment(
         shelf,

@@ -40,14 +40,14 @@ def _pieces(data: bytes) -> list[bytes]:
 
 
 def _hear_server(data: bytes) -> None:
-    """Let a board report anything; a motion is only reported while it answers."""
+    """Let a board send anything: values stay plausible, and only a board that answers is driven."""
     decoder = Decoder(_SESSION)
     whole = Decoder(_SESSION).feed(data)
     assert whole == [frame for piece in _pieces(data) for frame in decoder.feed(piece)]
     settings = RobotSettings()
     dialect = FramesDialect(WheelMixer(settings), 200, ("pan",), Odometry(settings))
     dialect.hello(_BEGAN_S)
-    # It draws a random session, with which no stored input would be accepted again.
+    # `hello` chose a random session; with that, stored inputs would not be accepted again.
     dialect._session, dialect._decoder = _SESSION, Decoder(_SESSION)
     order = Order(Twist(0.5, 0.0), 1, axes=(("pan", 0.5),))
     now_s = _BEGAN_S
