@@ -7,8 +7,8 @@ import { joinAddress } from "../bigScreen/facts";
 import { Picture, problemOf, Who } from "../bigScreen/parts";
 import { keepRunning } from "../bigScreen/unattended";
 import { SessionContext, useSession, useState } from "../view/context";
+import { silenceWords } from "../view/pageWords";
 import { robotName } from "../view/robotName";
-import { silenceWords } from "../view/words";
 import { said } from "../words/said";
 import { t } from "../words/words";
 

@@ -2,8 +2,8 @@ import type { Signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../words/words";
 import type { Player, View } from "./player";
+import { clockWords } from "./replayWords";
 import type { Timeline } from "./timeline";
-import { clockWords } from "./words";
 
 interface TimeProps {
   timeline: Timeline;

@@ -1,6 +1,6 @@
 import { t } from "../words/words";
+import { clockWords } from "./replayWords";
 import type { Mark } from "./timeline";
-import { clockWords } from "./words";
 
 interface MarksProps {
   marks: readonly Mark[];

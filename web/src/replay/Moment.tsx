@@ -1,8 +1,8 @@
 import type { Signal } from "@preact/signals";
 import { t } from "../words/words";
 import type { View } from "./player";
+import { commandWords, reportedWords, steeredWords, watchedWords } from "./replayWords";
 import type { OpenPart } from "./timeline";
-import { commandWords, reportedWords, steeredWords, watchedWords } from "./words";
 
 interface MomentProps {
   open: OpenPart;

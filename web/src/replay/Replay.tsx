@@ -8,9 +8,9 @@ import { Marks } from "./Marks";
 import { Moment } from "./Moment";
 import { Plots } from "./Plots";
 import { Player, type View } from "./player";
+import { partWords } from "./replayWords";
 import { type OpenPart, Timeline } from "./timeline";
 import { Views } from "./Views";
-import { partWords } from "./words";
 
 /** The page of `wax replay`: the parts, picture and sound, and the state at each moment. */
 export function Replay() {

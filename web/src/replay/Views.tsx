@@ -2,7 +2,7 @@ import { type Signal, useComputed, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { TapeCamera, TapeContent } from "../messages";
-import { drivingView } from "../view/words";
+import { drivingView } from "../view/pageWords";
 import { t } from "../words/words";
 import type { Player } from "./player";
 

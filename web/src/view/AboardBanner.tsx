@@ -1,7 +1,7 @@
 import { said } from "../words/said";
 import { t } from "../words/words";
 import { useState } from "./context";
-import { requestWords } from "./words";
+import { requestWords } from "./pageWords";
 
 /**
  * Above the picture: what the person aboard asks for, and why only they may drive now. The operator

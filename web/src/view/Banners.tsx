@@ -2,7 +2,7 @@ import { said } from "../words/said";
 import { t } from "../words/words";
 import { AboardBanner } from "./AboardBanner";
 import { useState } from "./context";
-import { whenWords } from "./words";
+import { whenWords } from "./pageWords";
 
 /** Above the picture: the person aboard, the host's message, a broken tunnel, a bad link. */
 export function Banners() {

@@ -9,10 +9,10 @@ import { RobotControls } from "./drive/RobotControls";
 import { ScanPad } from "./drive/ScanPad";
 import { ArrowIcon } from "./icons";
 import { Joystick } from "./Joystick";
+import { joinWords, released } from "./pageWords";
 import { Segment } from "./Segment";
 import { StopButton } from "./StopButton";
 import { VoicePanel } from "./VoicePanel";
-import { joinWords, released } from "./words";
 
 /** The controls: Stop for every viewer, the rest for the operator. */
 export function DrivePanel() {

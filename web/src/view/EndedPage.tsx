@@ -3,7 +3,7 @@ import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { late } from "./late";
-import { whenWords } from "./words";
+import { whenWords } from "./pageWords";
 
 export const Hours = late(async () => (await import("./Hours")).Hours);
 

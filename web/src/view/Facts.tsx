@@ -13,8 +13,8 @@ import {
   sentSoundWords,
   skewWords,
 } from "./figures";
+import { isUndated } from "./pageWords";
 import { NAMES, numbersNamed } from "./robotNumbers";
-import { isUndated } from "./words";
 
 /**
  * How well it plays, what is sent, and why. The picture age runs from when the server receives the

@@ -1,6 +1,6 @@
 import type { Opening } from "../messages";
 import { locale, t } from "../words/words";
-import { TIME } from "./words";
+import { TIME } from "./pageWords";
 
 /** A week of opening hours in local time, and as a calendar file. */
 export function Hours({ openings }: { openings: readonly Opening[] }) {

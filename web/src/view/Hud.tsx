@@ -5,11 +5,11 @@ import { msWords } from "./figures";
 import { GaugeWarnings } from "./Gauges";
 import { BatteryIcon, BumperIcon, EarIcon, MutedIcon } from "./icons";
 import { LinkStatus } from "./LinkStatus";
+import { isUndated, silenceWords } from "./pageWords";
 import { robotName } from "./robotName";
 import { numbersNamed } from "./robotNumbers";
 import { SoundMeter } from "./SoundMeter";
 import { TapeBadge } from "./TapeBadge";
-import { isUndated, silenceWords } from "./words";
 
 /** Over the picture's upper edge: only what needs a glance while driving. */
 export function Hud() {

@@ -1,5 +1,5 @@
 import { useState } from "./context";
-import { connectionWords, toldWords } from "./words";
+import { connectionWords, toldWords } from "./pageWords";
 
 /** The connection: a dot while all is well, words otherwise. */
 export function LinkStatus() {

@@ -8,9 +8,9 @@ import { msWords } from "./figures";
 import { Hud } from "./Hud";
 import { CurtainIcon, EarIcon, MutedIcon } from "./icons";
 import { isStale } from "./live";
+import { blanked, problemWords, silenceWords } from "./pageWords";
 import { Toast } from "./Toast";
 import { Views } from "./Views";
-import { blanked, problemWords, silenceWords } from "./words";
 
 /** The picture, and the messages over it. */
 export function Picture() {

@@ -5,7 +5,7 @@ import type { TargetedEvent, TargetedKeyboardEvent } from "preact";
 import { MAX_NAME_CHARS } from "../messages";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
-import { inOrder, placeWords, watchingWords } from "./words";
+import { inOrder, placeWords, watchingWords } from "./pageWords";
 
 /** Everybody who is here, and your name. */
 export function Queue() {

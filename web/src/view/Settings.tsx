@@ -3,9 +3,9 @@ import { useActions, useState } from "./context";
 import { sizeWords } from "./figures";
 import { LanguageChoice } from "./LanguageChoice";
 import { late } from "./late";
+import { silenceWords } from "./pageWords";
 import { Switch } from "./Switch";
 import { Watching } from "./Watching";
-import { silenceWords } from "./words";
 
 export const WaysPanel = late(async () => (await import("./drive/WaysPanel")).WaysPanel);
 

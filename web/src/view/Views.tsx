@@ -7,7 +7,7 @@ import type { CameraInfo } from "../messages";
 import { t } from "../words/words";
 import { useActions, useSession, useState } from "./context";
 import { late } from "./late";
-import { cameraProblem, drivingView } from "./words";
+import { cameraProblem, drivingView } from "./pageWords";
 
 export const PathArc = late(async () => (await import("../path/PathArc")).PathArc, {
   isForDriving: true,

@@ -6,9 +6,9 @@ import { hindrance } from "../voice/microphone";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
+import { speakerWords, voiceProblem, voiceWords } from "./pageWords";
 import { Switch } from "./Switch";
 import { useKeysDown } from "./useHeld";
-import { speakerWords, voiceProblem, voiceWords } from "./words";
 
 type Pointer = TargetedPointerEvent<HTMLButtonElement>;
 type Key = TargetedKeyboardEvent<HTMLButtonElement>;

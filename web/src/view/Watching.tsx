@@ -3,10 +3,10 @@ import { useState } from "./context";
 import { Fullscreen } from "./Fullscreen";
 import { OutputChoice } from "./OutputChoice";
 import { PictureInPicture } from "./PictureInPicture";
+import { silenceWords } from "./pageWords";
 import { Snapshot } from "./Snapshot";
 import { Timing } from "./Timing";
 import { Volume } from "./Volume";
-import { silenceWords } from "./words";
 
 /** The tools for watching and listening, for everybody. */
 export function Watching() {

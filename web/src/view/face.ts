@@ -16,7 +16,7 @@ import {
   type TurnWords,
   turnWords,
   waitWords,
-} from "./words";
+} from "./pageWords";
 
 /** How the card looks. */
 export type Tone = "connecting" | "calm" | "driving" | "ending" | "stopped" | "trouble";

@@ -16,7 +16,7 @@ import {
   show,
   state,
 } from "./page.test.setup";
-import { released } from "./words";
+import { released } from "./pageWords";
 
 drawsPage();
 

@@ -6,7 +6,7 @@ import { aboard, hello, room, served } from "../testing/messages";
 import { says } from "../words/said";
 import { Hours } from "./EndedPage";
 import { actions, body, button, drawsPage, show, state } from "./page.test.setup";
-import { blanked, notInvited } from "./words";
+import { blanked, notInvited } from "./pageWords";
 
 drawsPage();
 

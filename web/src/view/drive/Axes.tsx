@@ -6,8 +6,8 @@ import { fingerHolder } from "../../drive/inputState";
 import { keyWords } from "../../drive/keyMap";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { axisWords } from "../pageWords";
 import { useKeysDown } from "../useHeld";
-import { axisWords } from "../words";
 
 const AXIS_STEP = 0.05;
 /** Keys that move a focused slider. */

@@ -1,8 +1,8 @@
 import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
+import { whenWords } from "../pageWords";
 import { Switch } from "../Switch";
-import { whenWords } from "../words";
 
 /** Admission: who may come in, and whether anybody sees and hears. */
 export function Admission() {

@@ -2,7 +2,7 @@ import { useSignal } from "@preact/signals";
 import type { Invite } from "../../messages";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
-import { whenWords } from "../words";
+import { whenWords } from "../pageWords";
 import { ToCopy } from "./ToCopy";
 
 const HOUR_S = 3600;

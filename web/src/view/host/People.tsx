@@ -3,7 +3,7 @@ import { named } from "../../words/named";
 import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
-import { inOrder, placeWords } from "../words";
+import { inOrder, placeWords } from "../pageWords";
 import { qualityWords } from "./qualityWords";
 
 /** Everybody, with what only the host sees of them. */

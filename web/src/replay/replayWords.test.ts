@@ -1,7 +1,7 @@
 import { beforeAll, expect, it } from "vitest";
 import type { Commanded, Reported, Steered } from "../messages";
 import { loadSaid } from "../words/said";
-import { clockWords, commandWords, partWords, reportedWords, steeredWords } from "./words";
+import { clockWords, commandWords, partWords, reportedWords, steeredWords } from "./replayWords";
 
 beforeAll(() => loadSaid());
 

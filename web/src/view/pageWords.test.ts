@@ -17,7 +17,7 @@ import {
   turnWords,
   waitWords,
   whenWords,
-} from "./words";
+} from "./pageWords";
 
 it("describes the connection, and when and why it is retried", () => {
   expect(connectionWords({ is: "connected" }, 0)).toBe("Connected");
