@@ -27,7 +27,7 @@ import { openView, viewOf } from "./openView";
 import { startSession } from "./session";
 import { type Lacks, lacksOf } from "./support";
 import { App } from "./view/App";
-import { choose, speak, wishes } from "./words/language";
+import { languageWishes, pickLanguage, switchLanguage } from "./words/language";
 import { learnLater } from "./words/words";
 
 /** The page is drawn after this long even if no server has answered. */
@@ -52,7 +52,7 @@ if (root && lacks) {
 
 /** Says why this browser cannot show the page; loaded on demand, since few need it. */
 async function refuse(root: HTMLElement, lacks: Lacks): Promise<void> {
-  void speak(choose(wishes(null)));
+  void switchLanguage(pickLanguage(languageWishes(null)));
   const [{ UnsupportedPage }] = await Promise.all([import("./view/UnsupportedPage"), learnLater()]);
   root.replaceChildren();
   render(<UnsupportedPage lacks={lacks} />, root);

@@ -51,7 +51,12 @@ import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
 import { keepAwake, needsScreen } from "./wakeLock";
-import { choose, listenLanguage, speak, wishes } from "./words/language";
+import {
+  followLanguageChoice,
+  languageWishes,
+  pickLanguage,
+  switchLanguage,
+} from "./words/language";
 import { LateWords } from "./words/lateWords";
 import { ours, type Saying, says } from "./words/said";
 import { t } from "./words/words";
@@ -383,9 +388,9 @@ export function startSession(): Session {
     const loaded = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
     if (cameOverThin(loaded)) {
       // Loading them beside sound and picture would take several times as long.
-      const tag = choose(wishes(state.preferences.peek().language));
+      const tag = pickLanguage(languageWishes(state.preferences.peek().language));
       const late = new Promise((resolve) => setTimeout(resolve, LOADED_WITHIN_MS));
-      await Promise.race([Promise.all([words.ask(), speak(tag), loadAhead()]), late]);
+      await Promise.race([Promise.all([words.ask(), switchLanguage(tag), loadAhead()]), late]);
     }
     const { acknowledge: acknowledges, player } = document.documentElement.dataset;
     if (acknowledges !== undefined) await acknowledger.start();
@@ -598,7 +603,7 @@ export function startSession(): Session {
   void prepare().then(() => {
     void enter(entry);
     // In parallel with connecting, unless `prepare` has loaded them.
-    listenLanguage(state.preferences, state.isLinkForDriving, say);
+    followLanguageChoice(state.preferences, state.isLinkForDriving, say);
   });
 
   function presented(rtp: number | undefined, atMs: number): void {

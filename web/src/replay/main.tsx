@@ -2,7 +2,7 @@ import "../style/base.css";
 import "./replay.css";
 import { render } from "preact";
 import replay from "../words/en/replay.json";
-import { choose, speak, wishes } from "../words/language";
+import { languageWishes, pickLanguage, switchLanguage } from "../words/language";
 import { loadSaid } from "../words/said";
 import { learn, learnLater, t } from "../words/words";
 import { Replay } from "./Replay";
@@ -11,7 +11,11 @@ const root = document.getElementById("page");
 
 learn(replay);
 // There is no choice of language here, so it is loaded before drawing; if that fails, English.
-Promise.allSettled([speak(choose(wishes(null))), learnLater(), loadSaid()]).then(() => {
+Promise.allSettled([
+  switchLanguage(pickLanguage(languageWishes(null))),
+  learnLater(),
+  loadSaid(),
+]).then(() => {
   document.title = `WAX: ${t("replay.title")}`;
   if (root) render(<Replay />, root);
 });

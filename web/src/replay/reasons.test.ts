@@ -1,12 +1,12 @@
 // @vitest-environment dom
 import { afterEach, beforeAll, expect, it } from "vitest";
 import sentences from "../generated/sentences.json";
-import { speak } from "../words/language";
+import { switchLanguage } from "../words/language";
 import { loadSaid } from "../words/said";
 import { endWords, reasonWords } from "./reasons";
 
 beforeAll(() => loadSaid());
-afterEach(() => speak("en"));
+afterEach(() => switchLanguage("en"));
 
 it("quotes what the operator was told, for every reason of the gate's", () => {
   const codes = Object.keys(sentences).filter((one) => /^(drive|hold|limit)\./.test(one));
@@ -33,7 +33,7 @@ it("says why a turn ended, if the tape knows it", () => {
 });
 
 it("uses the reader's language", async () => {
-  await speak("de");
+  await switchLanguage("de");
   expect(reasonWords("late_picture")).toBe("zu lesen war „Langsam: Das Bild kommt spät.“");
   expect(endWords("idle")).toBe("es wurde nicht gefahren");
 });

@@ -4,7 +4,7 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { TapeContent, TapePart } from "../messages";
-import { speak } from "../words/language";
+import { switchLanguage } from "../words/language";
 import { loadSaid } from "../words/said";
 import { Replay } from "./Replay";
 
@@ -13,12 +13,12 @@ const body = document.body;
 const TRANSLATED = /\u202e[^\u202c]*\u202c|\bms\b|\u2068[A-Z]\u2069/g;
 
 beforeEach(async () => {
-  await Promise.all([loadSaid(), speak("pseudo")]);
+  await Promise.all([loadSaid(), switchLanguage("pseudo")]);
 });
 
 afterEach(async () => {
   act(() => render(null, body));
-  await speak("en");
+  await switchLanguage("en");
 });
 
 type Events = TapeContent["events"];

@@ -9,7 +9,7 @@ import { createState, type State } from "../state";
 import { draw, undraw } from "../testing/draw";
 import { aboard, hello, room, served } from "../testing/messages";
 import { testSession } from "../testing/session";
-import { speak } from "../words/language";
+import { switchLanguage } from "../words/language";
 import { says } from "../words/said";
 import { AboardBanner } from "./AboardBanner";
 import { App } from "./App";
@@ -98,7 +98,7 @@ beforeEach(() => {
 
 afterEach(async () => {
   undraw();
-  await speak("en");
+  await switchLanguage("en");
 });
 
 function show(View: ComponentType): void {
@@ -146,7 +146,7 @@ describe("in another language", () => {
     ["the host's panel", HostPanel],
     ["the end", Ended],
   ])("%s: nothing is left in English", async (_name, View) => {
-    await speak("pseudo");
+    await switchLanguage("pseudo");
     show(View);
     expect(read()).not.toEqual([]);
     // Translated text has marks of direction; the names on this page are numbers.
@@ -169,7 +169,7 @@ describe("in another language", () => {
       state.entryProblem.value = says("1");
       state.preferences.value = { ...state.preferences.value, picture: false };
       state.panel.value = panel;
-      await speak("pseudo");
+      await switchLanguage("pseudo");
       show(() => <App session={session} />);
       const unit = /(?<!\w)(ms|s|kbit\/s|Mbit\/s|V)(?!\w)/g;
       const left = read().filter(
@@ -185,7 +185,7 @@ describe("in another language", () => {
     show(StopButton);
     expect(getByRole(body, "button", { name: "Stop" })).toBeTruthy();
     await act(async () => {
-      await speak("de");
+      await switchLanguage("de");
     });
     expect(getByRole(body, "button", { name: "Stopp" })).toBeTruthy();
     expect(queryByRole(body, "button", { name: "Stop" })).toBeNull();

@@ -3,7 +3,14 @@ import { signal } from "@preact/signals";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Preferences } from "../preferences";
 import { eventually } from "../testing/eventually";
-import { choose, LANGUAGES, listenLanguage, nameOf, speak, wishes } from "./language";
+import {
+  followLanguageChoice,
+  LANGUAGES,
+  languageName,
+  languageWishes,
+  pickLanguage,
+  switchLanguage,
+} from "./language";
 import { ENGLISH, language, t } from "./words";
 
 const NONE = { chosen: null, search: "", host: undefined, browser: [] };
@@ -11,72 +18,78 @@ const NONE = { chosen: null, search: "", host: undefined, browser: [] };
 afterEach(async () => {
   vi.doUnmock("./de");
   vi.resetModules();
-  await speak("en");
+  await switchLanguage("en");
 });
 
 describe("the language", () => {
   it("is what was chosen here, before all else", () => {
     const all = { chosen: "en", search: "?lang=de", host: "de", browser: ["de"] };
-    expect(choose(all)).toBe("en");
+    expect(pickLanguage(all)).toBe("en");
   });
 
   it("is the address's, then the host's, then the browser's", () => {
     expect(
-      choose({ ...NONE, search: "?view=big-screen&lang=de", host: "en", browser: ["en"] }),
+      pickLanguage({ ...NONE, search: "?view=big-screen&lang=de", host: "en", browser: ["en"] }),
     ).toBe("de");
-    expect(choose({ ...NONE, host: "de", browser: ["en"] })).toBe("de");
-    expect(choose({ ...NONE, browser: ["fr-CH", "de-CH", "en"] })).toBe("de");
+    expect(pickLanguage({ ...NONE, host: "de", browser: ["en"] })).toBe("de");
+    expect(pickLanguage({ ...NONE, browser: ["fr-CH", "de-CH", "en"] })).toBe("de");
   });
 
   it("is English if no wished one is available", () => {
-    expect(choose(NONE)).toBe("en");
-    expect(choose({ chosen: "", search: "?lang=", host: "", browser: ["fr", "tlh"] })).toBe("en");
-    expect(choose({ ...NONE, chosen: "constructor", search: "?lang=__proto__" })).toBe("en");
+    expect(pickLanguage(NONE)).toBe("en");
+    expect(pickLanguage({ chosen: "", search: "?lang=", host: "", browser: ["fr", "tlh"] })).toBe(
+      "en",
+    );
+    expect(pickLanguage({ ...NONE, chosen: "constructor", search: "?lang=__proto__" })).toBe("en");
   });
 
   it("is the pseudo-language only if the address asks for it", () => {
-    expect(choose({ ...NONE, chosen: "de", search: "?lang=pseudo" })).toBe("pseudo");
-    expect(choose({ chosen: "pseudo", search: "", host: "pseudo", browser: ["pseudo"] })).toBe(
-      "en",
-    );
+    expect(pickLanguage({ ...NONE, chosen: "de", search: "?lang=pseudo" })).toBe("pseudo");
+    expect(
+      pickLanguage({ chosen: "pseudo", search: "", host: "pseudo", browser: ["pseudo"] }),
+    ).toBe("en");
   });
 
   it("is recognised with its country and in any letter case", () => {
-    expect(choose({ ...NONE, chosen: "DE-at" })).toBe("de");
+    expect(pickLanguage({ ...NONE, chosen: "DE-at" })).toBe("de");
   });
 });
 
 it("reads the wishes from the page", () => {
   document.documentElement.dataset.language = "de";
-  expect(wishes("en")).toMatchObject({ chosen: "en", host: "de", browser: navigator.languages });
+  expect(languageWishes("en")).toMatchObject({
+    chosen: "en",
+    host: "de",
+    browser: navigator.languages,
+  });
   delete document.documentElement.dataset.language;
-  expect(wishes(null).host).toBeUndefined();
+  expect(languageWishes(null).host).toBeUndefined();
 });
 
 it("sets the page's language and direction for the browser", async () => {
-  expect(await speak("de")).toBe(true);
+  expect(await switchLanguage("de")).toBe(true);
   expect(t("turn.you_drive")).toBe("Du fährst");
   expect(document.documentElement).toMatchObject({ lang: "de", dir: "ltr" });
-  await speak("en");
+  await switchLanguage("en");
   expect(t("turn.you_drive")).toBe("You are driving");
   expect(document.documentElement.lang).toBe("en");
 });
 
 it("can be from right to left", async () => {
-  expect(await speak("pseudo")).toBe(true);
+  expect(await switchLanguage("pseudo")).toBe(true);
   expect(t("turn.you_drive")).toContain("\u202e");
   expect(document.documentElement.dir).toBe("rtl");
-  await speak("en");
+  await switchLanguage("en");
   expect(document.documentElement.dir).toBe("ltr");
 });
 
 it("uses the last of several choices, whichever loads first", async () => {
-  await Promise.all([speak("de"), speak("en")]);
+  await Promise.all([switchLanguage("de"), switchLanguage("en")]);
   expect(language.value).toBe(ENGLISH);
 });
 
 it("has its own name for every language", () => {
-  expect(LANGUAGES.map(({ tag }) => nameOf(tag))).toEqual(LANGUAGES.map(({ name }) => name));
+  expect(LANGUAGES.map(({ tag }) => languageName(tag))).toEqual(LANGUAGES.map(({ name }) => name));
 });
 
 describe("a page", () => {
@@ -84,7 +97,7 @@ describe("a page", () => {
 
   it("uses the wished language, and follows each change", async () => {
     const wished = preferences("de");
-    listenLanguage(wished, signal(false), () => {});
+    followLanguageChoice(wished, signal(false), () => {});
     await eventually(() => expect(language.value.tag).toBe("de"));
     wished.value = { ...wished.value, language: "en" };
     await eventually(() => expect(language.value.tag).toBe("en"));
@@ -94,7 +107,7 @@ describe("a page", () => {
     const wished = preferences("en");
     const waits = signal(true);
     const say = vi.fn();
-    listenLanguage(wished, waits, say);
+    followLanguageChoice(wished, waits, say);
     wished.value = { ...wished.value, language: "de" };
     wished.value = { ...wished.value, volume: 0.5 };
     expect(say).toHaveBeenCalledExactlyOnceWith(
@@ -115,7 +128,7 @@ describe("a page", () => {
     });
     const say = vi.fn();
     const wished = preferences("de");
-    listenLanguage(wished, signal(false), say);
+    followLanguageChoice(wished, signal(false), say);
     await eventually(() =>
       expect(say).toHaveBeenCalledExactlyOnceWith(
         "The page could not be loaded in Deutsch; it stays as it is.",

@@ -5,13 +5,13 @@ import type { Preferences } from "../preferences";
 import { ENGLISH, type Language, language, t } from "./words";
 
 /** A language with its own name, as people look for it in a list; loaded only when used. */
-export interface Spoken {
+export interface PageLanguage {
   tag: string;
   name: string;
   load(): Promise<Language>;
 }
 
-export const LANGUAGES: readonly Spoken[] = [
+export const LANGUAGES: readonly PageLanguage[] = [
   { tag: "en", name: "English", load: async () => ENGLISH },
   {
     tag: "de",
@@ -24,7 +24,7 @@ export const LANGUAGES: readonly Spoken[] = [
 const TRIAL = "pseudo";
 
 /** The sources of a wish for a language, the strongest first. */
-export interface Wishes {
+export interface LanguageWishes {
   /** What was chosen on this device; null for nothing. */
   chosen: string | null;
   /** The address's query. */
@@ -36,24 +36,24 @@ export interface Wishes {
 }
 
 /** Returns the first wished language that the page has, else English. Pure. */
-export function choose({ chosen, search, host, browser }: Wishes): string {
+export function pickLanguage({ chosen, search, host, browser }: LanguageWishes): string {
   const asked = new URLSearchParams(search).get("lang");
   if (asked === TRIAL) return TRIAL;
   for (const wish of [chosen, asked, host, ...browser]) {
-    const tag = wish ? spoken(wish) : null;
+    const tag = wish ? available(wish) : null;
     if (tag !== null) return tag;
   }
   return ENGLISH.tag;
 }
 
 /** The page's language for this tag, as `de` for `de-AT`; null if it has none. */
-function spoken(wish: string): string | null {
+function available(wish: string): string | null {
   const [tag = ""] = wish.toLowerCase().split("-");
   return LANGUAGES.some((one) => one.tag === tag) ? tag : null;
 }
 
 /** The wishes of this page and browser. */
-export function wishes(chosen: string | null): Wishes {
+export function languageWishes(chosen: string | null): LanguageWishes {
   return {
     chosen,
     search: window.location.search,
@@ -68,7 +68,7 @@ let newest = 0;
  * Switches the page to this language once it is loaded; resolves to false if that fails, which
  * keeps the previous language. Of several calls the last one counts.
  */
-export async function speak(tag: string): Promise<boolean> {
+export async function switchLanguage(tag: string): Promise<boolean> {
   const call = ++newest;
   let loaded: Language;
   try {
@@ -89,7 +89,7 @@ async function load(tag: string): Promise<Language> {
 }
 
 /** A language's name in that language. */
-export function nameOf(tag: string): string {
+export function languageName(tag: string): string {
   return LANGUAGES.find((one) => one.tag === tag)?.name ?? tag;
 }
 
@@ -97,7 +97,7 @@ export function nameOf(tag: string): string {
  * Switches to the wished language, now and after each change; says so if it cannot be loaded. While
  * `waits` nothing is loaded.
  */
-export function listenLanguage(
+export function followLanguageChoice(
   preferences: ReadonlySignal<Preferences>,
   waits: ReadonlySignal<boolean>,
   say: (sentence: string) => void,
@@ -105,22 +105,22 @@ export function listenLanguage(
   let wished: string | null = null;
   let told: string | null = null;
   effect(() => {
-    const tag = choose(wishes(preferences.value.language));
+    const tag = pickLanguage(languageWishes(preferences.value.language));
     if (tag === wished) {
       told = null;
       return;
     }
     if (tag !== ENGLISH.tag && waits.value) {
-      if (told !== tag) untracked(() => say(t("language.waits", { language: nameOf(tag) })));
+      if (told !== tag) untracked(() => say(t("language.waits", { language: languageName(tag) })));
       told = tag;
       return;
     }
     wished = tag;
     told = null;
-    void speak(tag).then((isSpoken) => {
-      if (isSpoken) return;
+    void switchLanguage(tag).then((isLoaded) => {
+      if (isLoaded) return;
       wished = null; // so that the same choice tries again
-      say(t("language.not_loaded", { language: nameOf(tag) }));
+      say(t("language.not_loaded", { language: languageName(tag) }));
     });
   });
 }
