@@ -2,7 +2,7 @@ import { Silence } from "./link/silence";
 import type { Look, RoomState, Sentence, StateIn } from "./messages";
 import { Playback } from "./playback";
 import type { State } from "./state";
-import { ours, type Saying } from "./words/said";
+import { pageSentence, type Saying } from "./words/said";
 import { t } from "./words/words";
 
 /** A camera without a new picture for this long is no longer live. */
@@ -115,7 +115,7 @@ export class Cameras {
 
   #comeBack(why: string | Sentence): void {
     this.choose(null);
-    this.wiring.say(ours("robot.camera_back", { why }));
+    this.wiring.say(pageSentence("robot.camera_back", { why }));
   }
 
   #playback(at: number): Playback {

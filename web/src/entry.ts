@@ -1,7 +1,7 @@
 /** Links that carry a secret: the host's, and invitations. */
 
 import { post, RequestError } from "./link/http";
-import { ours, type Saying } from "./words/said";
+import { pageSentence, type Saying } from "./words/said";
 
 /** A secret that the page's address carried. */
 export interface Entry {
@@ -32,13 +32,13 @@ export async function showEntry({ kind, secret }: Entry): Promise<Entered> {
   try {
     if (kind === "host") {
       await post("api/host", { secret }, { signal });
-      return { isGood: true, text: ours("entry.host") };
+      return { isGood: true, text: pageSentence("entry.host") };
     }
     const { purpose } = await post("api/enter", { token: secret }, { signal });
-    const text = purpose === "queue" ? ours("entry.drive") : ours("entry.watch");
+    const text = purpose === "queue" ? pageSentence("entry.drive") : pageSentence("entry.watch");
     return { isGood: true, text };
   } catch (error) {
     const isRefusal = error instanceof RequestError && error.isRefusal;
-    return { isGood: false, text: isRefusal ? error.saying : ours("entry.unreachable") };
+    return { isGood: false, text: isRefusal ? error.saying : pageSentence("entry.unreachable") };
   }
 }

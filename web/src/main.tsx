@@ -28,7 +28,7 @@ import { startSession } from "./session";
 import { type Lacks, lacksOf } from "./support";
 import { App } from "./view/App";
 import { languageWishes, pickLanguage, switchLanguage } from "./words/language";
-import { learnLater } from "./words/words";
+import { loadLaterEnglish } from "./words/words";
 
 /** The page is drawn after this long even if no server has answered. */
 const DRAWN_WITHIN_MS = 150;
@@ -53,7 +53,10 @@ if (root && lacks) {
 /** Says why this browser cannot show the page; loaded on demand, since few need it. */
 async function refuse(root: HTMLElement, lacks: Lacks): Promise<void> {
   void switchLanguage(pickLanguage(languageWishes(null)));
-  const [{ UnsupportedPage }] = await Promise.all([import("./view/UnsupportedPage"), learnLater()]);
+  const [{ UnsupportedPage }] = await Promise.all([
+    import("./view/UnsupportedPage"),
+    loadLaterEnglish(),
+  ]);
   root.replaceChildren();
   render(<UnsupportedPage lacks={lacks} />, root);
 }

@@ -1,7 +1,7 @@
 import { type ComponentType, render } from "preact";
 import type { Session } from "./actions";
 import { isFramed } from "./framed";
-import { learnLater, t } from "./words/words";
+import { loadLaterEnglish, t } from "./words/words";
 
 const AGAIN_MS = 10_000;
 
@@ -23,7 +23,7 @@ export async function openView(
 ): Promise<void> {
   render(<p role="status">{t("big_screen.loading")}</p>, root);
   try {
-    const [View] = await Promise.all([load(), learnLater()]);
+    const [View] = await Promise.all([load(), loadLaterEnglish()]);
     render(<View session={session} />, root);
   } catch {
     render(<p role="alert">{t("big_screen.failed")}</p>, root);

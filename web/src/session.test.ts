@@ -134,7 +134,7 @@ it.each([
   const words = new Promise<void>((resolve) => {
     there = resolve;
   });
-  vi.spyOn(LateWords.prototype, "ask").mockReturnValue(words);
+  vi.spyOn(LateWords.prototype, "loadOnce").mockReturnValue(words);
   const before = peers.length;
   startSession();
   await vi.advanceTimersByTimeAsync(waitsMs);
@@ -344,28 +344,28 @@ it("sends less if the server says that the link is slow", async () => {
 });
 
 it("loads the server's words once picture and sound have arrived, or are late", () => {
-  const ask = vi.spyOn(LateWords.prototype, "ask");
+  const loadOnce = vi.spyOn(LateWords.prototype, "loadOnce");
   const { state, actions } = session;
   actions.setSound(true);
   open();
   receive(hello({ viewer: 1 }));
   const facts = { ...state.facts.value, pictureMs: 40 };
   state.facts.value = facts;
-  expect(ask).not.toHaveBeenCalled();
+  expect(loadOnce).not.toHaveBeenCalled();
   state.facts.value = { ...facts, soundMs: 80 };
-  expect(ask).toHaveBeenCalledOnce();
+  expect(loadOnce).toHaveBeenCalledOnce();
   vi.advanceTimersByTime(3900);
-  expect(ask).toHaveBeenCalledOnce();
+  expect(loadOnce).toHaveBeenCalledOnce();
   vi.advanceTimersByTime(200);
-  expect(ask).toHaveBeenCalledTimes(2);
+  expect(loadOnce).toHaveBeenCalledTimes(2);
 });
 
 it("loads the server's words at once if the connection is lost, not if the server is only silent", () => {
-  const ask = vi.spyOn(LateWords.prototype, "ask");
+  const loadOnce = vi.spyOn(LateWords.prototype, "loadOnce");
   session.state.link.value = { is: "silent", sinceMs: 0 };
-  expect(ask).not.toHaveBeenCalled();
+  expect(loadOnce).not.toHaveBeenCalled();
   session.state.link.value = { is: "closed" };
-  expect(ask).toHaveBeenCalledOnce();
+  expect(loadOnce).toHaveBeenCalledOnce();
 });
 
 it("says so if it should acknowledge and this browser cannot", async () => {

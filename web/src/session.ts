@@ -58,7 +58,7 @@ import {
   switchLanguage,
 } from "./words/language";
 import { LateWords } from "./words/lateWords";
-import { ours, type Saying, says } from "./words/said";
+import { pageSentence, type Saying, says } from "./words/said";
 import { t } from "./words/words";
 
 const CLOCKS_EVERY_MS = 200;
@@ -304,7 +304,7 @@ export function startSession(): Session {
       });
     } catch {
       const retryAtMs = performance.now() + LOAD_AGAIN_MS;
-      state.link.value = { is: "waiting", retryAtMs, reason: ours("link.not_loaded") };
+      state.link.value = { is: "waiting", retryAtMs, reason: pageSentence("link.not_loaded") };
       setTimeout(() => link.connect(), LOAD_AGAIN_MS);
       return;
     }
@@ -390,7 +390,7 @@ export function startSession(): Session {
       // Loading them beside sound and picture would take several times as long.
       const tag = pickLanguage(languageWishes(state.preferences.peek().language));
       const late = new Promise((resolve) => setTimeout(resolve, LOADED_WITHIN_MS));
-      await Promise.race([Promise.all([words.ask(), switchLanguage(tag), loadAhead()]), late]);
+      await Promise.race([Promise.all([words.loadOnce(), switchLanguage(tag), loadAhead()]), late]);
     }
     const { acknowledge: acknowledges, player } = document.documentElement.dataset;
     if (acknowledges !== undefined) await acknowledger.start();
@@ -589,14 +589,14 @@ export function startSession(): Session {
 
   // After the first picture and sound, before the server is likely to have something to say.
   state.link.subscribe(({ is }) => {
-    if (is === "connected") setTimeout(() => void words.ask(), MEDIA_WITHIN_MS);
-    else if (is === "waiting" || is === "closed") void words.ask();
+    if (is === "connected") setTimeout(() => void words.loadOnce(), MEDIA_WITHIN_MS);
+    else if (is === "waiting" || is === "closed") void words.loadOnce();
   });
   state.facts.subscribe(({ pictureMs, soundMs }) => {
     const wanted = wants();
     const isShown = pictureMs !== null || !wanted.picture;
     const isHeard = soundMs !== null || !wanted.sound;
-    if (isShown && isHeard && state.isConnected.peek()) void words.ask();
+    if (isShown && isHeard && state.isConnected.peek()) void words.loadOnce();
   });
 
   picture.play();

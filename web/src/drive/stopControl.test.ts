@@ -3,7 +3,7 @@ import { beforeEach, expect, it, vi } from "vitest";
 import type { StateIn } from "../messages";
 import { ServerClock } from "../serverClock";
 import { eventually } from "../testing/eventually";
-import { ours, says } from "../words/said";
+import { pageSentence, says } from "../words/said";
 import { StopControl } from "./stopControl";
 
 let done: string[];
@@ -226,7 +226,7 @@ it("says why it could not release", async () => {
   await eventually(() => expect(say).toHaveBeenLastCalledWith(says("Only whoever drives.")));
   respond = () => Promise.reject(new TypeError("Failed to fetch"));
   stopControl.release();
-  await eventually(() => expect(say).toHaveBeenLastCalledWith(ours("link.unreachable")));
+  await eventually(() => expect(say).toHaveBeenLastCalledWith(pageSentence("link.unreachable")));
 });
 
 it("shows nobody the text of a bug in the page", async () => {

@@ -2,7 +2,7 @@
 
 import { isFramed } from "../framed";
 import type { Answers, Bodies, Ended, Opening } from "../messages";
-import { isSentence, ours, type Saying, said, says } from "../words/said";
+import { isSentence, pageSentence, type Saying, said, says } from "../words/said";
 
 /** The server refused (`isRefusal`) or did not answer. */
 export class RequestError extends Error {
@@ -66,12 +66,12 @@ export async function ask<P extends string>(path: P, init: RequestInit = {}): Pr
     // In a frame on another site cookies are not used, even where the browser would send them.
     response = await fetch(path, isFramed() ? { ...init, credentials: "omit" } : init);
   } catch {
-    throw new RequestError(ours("link.unreachable"), false);
+    throw new RequestError(pageSentence("link.unreachable"), false);
   }
   const body = await response.json().catch(() => null);
   if (response.ok && body !== null) return body;
   const why = told(body);
-  const sentence = why ?? ours("link.answered", { status: String(response.status) });
+  const sentence = why ?? pageSentence("link.answered", { status: String(response.status) });
   const ended = body?.ended === true ? endedFor(sentence, body.openings) : null;
   // A 5xx, or an answer from something between us and the server, may be temporary.
   const isFinal = why !== null && response.status >= 400 && response.status < 500;

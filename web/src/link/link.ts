@@ -2,7 +2,7 @@
 
 import type { Channel, DriveIn, Ended, Operated, Pong, StateIn, StateOut } from "../messages";
 import { ServerClock } from "../serverClock";
-import { ours, type Saying } from "../words/said";
+import { pageSentence, type Saying } from "../words/said";
 import { Heartbeat } from "./heartbeat";
 import { Peer, type PeerEvents } from "./peer";
 import { attemptAfterMs, freshMs, type LostLink, patienceMs } from "./reconnect";
@@ -156,7 +156,7 @@ export class Link {
         clearInterval(asking);
         this.#isMoving = false;
         const isHeard = this.#silence.sinceMs > askedMs;
-        if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(ours("link.silent"));
+        if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(pageSentence("link.silent"));
         resolve();
       }, answerMs);
     });
@@ -257,7 +257,7 @@ export class Link {
     clearTimeout(this.#trying);
     this.#trying = setTimeout(() => {
       const tried = this.#next ?? this.#peer;
-      this.#begin(tried?.trouble ?? ours("link.no_answer"));
+      this.#begin(tried?.trouble ?? pageSentence("link.no_answer"));
     }, ms);
   }
 
@@ -312,7 +312,7 @@ export class Link {
   #tryNow(): void {
     const isOld = now() - this.#begunMs >= freshMs(this.isThin);
     if (isOld && !this.#isReached && now() >= this.#notBeforeMs)
-      this.#begin(ours("link.no_answer"));
+      this.#begin(pageSentence("link.no_answer"));
   }
 
   get #isGreeted(): boolean {
@@ -343,7 +343,7 @@ export class Link {
     // A modem's link stalls for a second now and then.
     const isUrgent = this.mayDrive && !this.isThin;
     if (this.#heartbeat.isSilent(now(), isUrgent) && !this.#isRetrying)
-      this.#lose(ours("link.silent"));
+      this.#lose(pageSentence("link.silent"));
     this.#ping();
     clearTimeout(this.#beating);
     // Over a slow link the set-points already show that this page is alive.

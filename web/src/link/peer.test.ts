@@ -1,6 +1,6 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import { eventually } from "../testing/eventually";
-import { ours, said, says } from "../words/said";
+import { pageSentence, said, says } from "../words/said";
 import { Peer } from "./peer";
 
 const STUN = [{ urls: "stun:example.org" }];
@@ -132,7 +132,7 @@ it("sends no offer into a dead network, where it might arrive much later", async
   await first.connected;
   expect(offers).toBe(0);
   expect(first.reached).not.toHaveBeenCalled();
-  expect(first.lost).toHaveBeenCalledWith(ours("link.unreachable"), null);
+  expect(first.lost).toHaveBeenCalledWith(pageSentence("link.unreachable"), null);
 
   ice = async () => new Response(JSON.stringify({ iceServers: STUN }));
   const second = connect();
@@ -304,7 +304,7 @@ function expectGivenUpAfter4s(lost: unknown, api: string): void {
   vi.advanceTimersByTime(3999);
   expect(lost).not.toHaveBeenCalled();
   vi.advanceTimersByTime(1);
-  expect(lost).toHaveBeenCalledExactlyOnceWith(ours("link.browser_hangs", { api }), null);
+  expect(lost).toHaveBeenCalledExactlyOnceWith(pageSentence("link.browser_hangs", { api }), null);
 }
 
 describe("a voice", () => {
@@ -423,7 +423,7 @@ it("does not blame the network if the connection has worked", async () => {
   connection.iceConnectionState = "failed";
   connection.connectionState = "failed";
   connection.dispatchEvent(new Event("connectionstatechange"));
-  expect(lost).toHaveBeenCalledWith(ours("link.lost"), null);
+  expect(lost).toHaveBeenCalledWith(pageSentence("link.lost"), null);
 });
 
 it.each(STEPS)("fails with a reason after 4 s if the browser never finishes %s", async (api) => {

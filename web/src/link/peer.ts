@@ -3,7 +3,7 @@
 import type { Channel, Ended } from "../messages";
 import { withVoice } from "../voice/answer";
 import { ENCODINGS, type VoiceEncoding } from "../voice/encoding";
-import { ours, type Saying, says } from "../words/said";
+import { pageSentence, type Saying, says } from "../words/said";
 import { RequestError } from "./http";
 import { askIce, gathered, offerOf, postOffer, type Sent } from "./signalling";
 import { withStereo } from "./stereo";
@@ -83,7 +83,7 @@ export class Peer {
     }
     this.#on(pc, "connectionstatechange", () => {
       if (pc.connectionState === "failed" || pc.connectionState === "closed")
-        this.#lose(this.#hasOpened ? ours("link.lost") : this.trouble);
+        this.#lose(this.#hasOpened ? pageSentence("link.lost") : this.trouble);
     });
   }
 
@@ -135,25 +135,28 @@ export class Peer {
       }
       // No `instanceof`: the peer belongs to another frame, and so do its errors.
       const text = (error as Partial<Error> | null)?.message;
-      const why = typeof text === "string" ? says(text) : ours("link.lost");
+      const why = typeof text === "string" ? says(text) : pageSentence("link.lost");
       this.#lose(refusal?.saying ?? why, refusal?.retryAfterMs ?? null);
     }
   }
 
   /** Awaits a step of the browser's own, at most `STEP_MS`: some browsers never finish one. */
   async #does<T>(api: string, step: Promise<T>): Promise<T> {
-    const timer = setTimeout(() => this.#lose(ours("link.browser_hangs", { api })), STEP_MS);
+    const timer = setTimeout(
+      () => this.#lose(pageSentence("link.browser_hangs", { api })),
+      STEP_MS,
+    );
     return step.finally(() => clearTimeout(timer));
   }
 
   /** Why this peer is given up, by how far it has come. */
   get trouble(): Saying {
-    if (this.#answer === null || this.#hasOpened) return ours("link.no_answer");
+    if (this.#answer === null || this.#hasOpened) return pageSentence("link.no_answer");
     const { iceConnectionState } = this.#pc;
     const isThrough = iceConnectionState === "connected" || iceConnectionState === "completed";
-    if (isThrough) return ours("link.no_dtls");
-    if (!this.#isForHost) return ours("link.no_udp");
-    return ours("link.no_udp_host", { port: portsOf(this.#answer) });
+    if (isThrough) return pageSentence("link.no_dtls");
+    if (!this.#isForHost) return pageSentence("link.no_udp");
+    return pageSentence("link.no_udp_host", { port: portsOf(this.#answer) });
   }
 
   get #hasOpened(): boolean {
@@ -230,7 +233,7 @@ export class Peer {
       return true;
     } catch {
       // The buffer is full; a connection that loses state messages is useless.
-      if (channel === "state") this.#lose(ours("link.lost"));
+      if (channel === "state") this.#lose(pageSentence("link.lost"));
       return false;
     }
   }
@@ -248,7 +251,7 @@ export class Peer {
     this.#on(channel, "message", (event) => {
       this.events.received(name, (event as MessageEvent<string>).data);
     });
-    this.#on(channel, "close", () => this.#lose(ours("link.lost")));
+    this.#on(channel, "close", () => this.#lose(pageSentence("link.lost")));
   }
 
   #on(target: EventTarget, type: string, listener: (event: Event) => void): void {

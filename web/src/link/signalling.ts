@@ -2,7 +2,7 @@
 
 import { isFramed } from "../framed";
 import type { Answers, SentToRoom } from "../messages";
-import { ours } from "../words/said";
+import { pageSentence } from "../words/said";
 import { type Asked, ask, packed, RequestError, timed } from "./http";
 
 const GATHERING_MS = 2000;
@@ -51,7 +51,7 @@ export async function postOffer(
   if ("type" in answer && answer.type === "sent_to_room") return answer;
   if ("sdp" in answer && typeof answer.sdp === "string")
     return { sdp: answer.sdp, isForHost: answer.host === true };
-  throw new RequestError(ours("link.no_description"), true);
+  throw new RequestError(pageSentence("link.no_description"), true);
 }
 
 /** Waits until all candidates are gathered, at most 2 s, and briefly once a relay's is there. */

@@ -1,6 +1,6 @@
 /** Stop and its release by HTTP; when, and over which transport: `drive/stopControl.ts`. */
 
-import { ours } from "../words/said";
+import { pageSentence } from "../words/said";
 import { JSON_TYPE, post, RequestError } from "./http";
 
 const STOP_MS = 5000;
@@ -21,7 +21,7 @@ export async function postStop(client: string, press: number): Promise<number> {
   );
   if (typeof stop === "number") return stop;
   // A captive portal answers every request.
-  throw new RequestError(ours("link.no_answer"), false);
+  throw new RequestError(pageSentence("link.no_answer"), false);
 }
 
 /** Releases the stop with this number when there is no channel; throws `RequestError`. */

@@ -4,16 +4,16 @@ import { render } from "preact";
 import replay from "../words/en/replay.json";
 import { languageWishes, pickLanguage, switchLanguage } from "../words/language";
 import { loadSaid } from "../words/said";
-import { learn, learnLater, t } from "../words/words";
+import { addEnglish, loadLaterEnglish, t } from "../words/words";
 import { Replay } from "./Replay";
 
 const root = document.getElementById("page");
 
-learn(replay);
+addEnglish(replay);
 // There is no choice of language here, so it is loaded before drawing; if that fails, English.
 Promise.allSettled([
   switchLanguage(pickLanguage(languageWishes(null))),
-  learnLater(),
+  loadLaterEnglish(),
   loadSaid(),
 ]).then(() => {
   document.title = `WAX: ${t("replay.title")}`;

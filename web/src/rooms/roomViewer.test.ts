@@ -4,7 +4,7 @@ import type { Seat, ViewerInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { hello, room, seat, sentToRoom, told, viewer } from "../testing/messages";
-import { said as inWords, ours, says } from "../words/said";
+import { said as inWords, pageSentence, says } from "../words/said";
 import { RoomViewer } from "./roomViewer";
 import type { WatchOptions } from "./watch";
 
@@ -233,10 +233,10 @@ describe("when no room plays", () => {
     events().plays(false);
     expect(state.link.value).toEqual({
       is: "connecting",
-      reason: ours("link.stood"),
+      reason: pageSentence("link.stood"),
     });
     events().failed();
-    expect(state.link.value).toMatchObject({ is: "waiting", reason: ours("link.full") });
+    expect(state.link.value).toMatchObject({ is: "waiting", reason: pageSentence("link.full") });
     vi.advanceTimersByTime(0);
     expect(link.connect).toHaveBeenCalledTimes(1);
     events().failed();
@@ -269,7 +269,7 @@ describe("when no room plays", () => {
   it("shows other sites' pages if there are no rooms", () => {
     away.sent(sentToRoom({ rooms: [], links: ["https://watch.example.org"] }));
     expect(state.links.value).toEqual(["https://watch.example.org"]);
-    expect(state.link.value).toMatchObject({ is: "waiting", reason: ours("link.full") });
+    expect(state.link.value).toMatchObject({ is: "waiting", reason: pageSentence("link.full") });
   });
 });
 

@@ -6,7 +6,7 @@ import type { Receivers } from "../measure/report";
 import type { RoomState, Told, ViewerInfo } from "../messages";
 import { ServerClock } from "../serverClock";
 import type { State } from "../state";
-import { ours, type Saying } from "../words/said";
+import { pageSentence, type Saying } from "../words/said";
 import { t } from "../words/words";
 import { InStep } from "./inStep";
 import { postLeave, postQueue, postSeat, type Wants } from "./queueing";
@@ -235,7 +235,7 @@ export class RoomViewer {
     }
     this.#roomLink = isPlaying
       ? { is: "connected" }
-      : { is: "connecting", reason: ours("link.stood") };
+      : { is: "connecting", reason: pageSentence("link.stood") };
     this.#tellLink();
   }
 
@@ -247,7 +247,7 @@ export class RoomViewer {
     }
     const pauseMs = RETRY_MS[this.#failures++] ?? LONGEST_RETRY_MS;
     const retryAtMs = performance.now() + pauseMs;
-    this.#roomLink = { is: "waiting", retryAtMs, reason: ours("link.full") };
+    this.#roomLink = { is: "waiting", retryAtMs, reason: pageSentence("link.full") };
     // A page whose turn is near is connecting already.
     if (!this.#isVisiting) this.#askIn(pauseMs);
     this.#tellLink();

@@ -5,9 +5,9 @@
 import { afterAll, afterEach, vi } from "vitest";
 import { all } from "../words/en";
 import { loadSaid } from "../words/said";
-import { learn } from "../words/words";
+import { addEnglish } from "../words/words";
 
-learn(all);
+addEnglish(all);
 await loadSaid();
 
 afterEach(() => {

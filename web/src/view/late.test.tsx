@@ -130,9 +130,9 @@ it("waits also after a failure if the link became thin meanwhile", async () => {
 });
 
 it("loads the words that the first load lacks, except for driving", async () => {
-  const learnLater = vi.spyOn(words, "learnLater");
+  const loadLaterEnglish = vi.spyOn(words, "loadLaterEnglish");
   await show(late(importPart, { isForDriving: true }));
-  expect(learnLater).not.toHaveBeenCalled();
+  expect(loadLaterEnglish).not.toHaveBeenCalled();
   await show(late(importPart));
-  expect(learnLater).toHaveBeenCalledOnce();
+  expect(loadLaterEnglish).toHaveBeenCalledOnce();
 });

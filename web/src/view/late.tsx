@@ -1,7 +1,7 @@
 import { signal } from "@preact/signals";
 import type { FunctionComponent } from "preact";
 import { useEffect } from "preact/hooks";
-import { learnLater, t } from "../words/words";
+import { loadLaterEnglish, t } from "../words/words";
 import { useState } from "./context";
 
 type Part<Props> =
@@ -24,7 +24,7 @@ export function late<Props extends object>(
     if (part.peek().is === "loading" || part.peek().is === "there") return;
     part.value = { is: "loading" };
     try {
-      const [Show] = await Promise.all([importPart(), isForDriving || learnLater()]);
+      const [Show] = await Promise.all([importPart(), isForDriving || loadLaterEnglish()]);
       part.value = { is: "there", Show };
     } catch {
       part.value = { is: "failed" };

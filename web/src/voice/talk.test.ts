@@ -1,5 +1,5 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
-import { ours, said, says } from "../words/said";
+import { pageSentence, said, says } from "../words/said";
 import { ENCODINGS, type Uplink } from "./encoding";
 import { type Microphone, MicrophoneError } from "./microphone";
 import { SILENT, Talk, type Voice } from "./talk";
@@ -168,7 +168,7 @@ describe("an error is shown as a sentence", () => {
     uplink = { ...WIDE, linkBps: 50_000 };
     talk.adapt(1000);
     expect(sent()).toBeNull();
-    expect(voice).toMatchObject({ isOn: true, problem: ours("voice.no_room") });
+    expect(voice).toMatchObject({ isOn: true, problem: pageSentence("voice.no_room") });
     uplink = WIDE;
     talk.adapt(2000);
     expect(sent()).toBe(made[0]?.track);

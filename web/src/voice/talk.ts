@@ -1,6 +1,6 @@
 /** When the voice is sent and the robot's sound is muted; who may speak: `../permissions.ts`. */
 
-import { ours, type Saying, says } from "../words/said";
+import { pageSentence, type Saying, says } from "../words/said";
 import { ENCODINGS, EncodingChooser, type Uplink, type VoiceEncoding } from "./encoding";
 import { Microphone } from "./microphone";
 
@@ -192,7 +192,7 @@ export class Talk {
     if (isOn && this.#encoding) link.shape(this.#encoding);
     const hasRoom = this.#encoding !== null;
     if (isOn && !hasRoom) {
-      this.#tell({ problem: ours("voice.no_room"), isHeard: false });
+      this.#tell({ problem: pageSentence("voice.no_room"), isHeard: false });
       this.#isCramped = true;
     } else if (this.#isCramped) {
       this.#tell({ problem: null });

@@ -10,13 +10,13 @@ export class LateWords {
   constructor(private readonly load: () => Promise<unknown> = loadSaid) {}
 
   /** Resolves once the first attempt to load them is over. */
-  ask(): Promise<void> {
+  loadOnce(): Promise<void> {
     this.#asked ??= this.load().then(
       () => {},
       () => {
         setTimeout(() => {
           this.#asked = null;
-          void this.ask();
+          void this.loadOnce();
         }, AGAIN_MS);
       },
     );

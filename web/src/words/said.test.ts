@@ -94,11 +94,11 @@ describe("before the server's words are loaded", () => {
     expect(early.said(full)).toBe(english);
     expect(early.said({ code: "door.full", values: { n: 1 } })).toBe("…");
     expect(early.said(early.says("Come back on Monday."))).toBe("Come back on Monday.");
-    expect(early.said(early.ours("link.lost"))).toBe("The connection was lost.");
+    expect(early.said(early.pageSentence("link.lost"))).toBe("The connection was lost.");
     speaks.value = spoken;
     const own = spoken.said?.["door.full"] as { one: string };
     expect(early.said(full)).toBe(own.one);
-    expect(early.said(early.ours("link.lost"))).toBe(spoken.messages["link.lost"]);
+    expect(early.said(early.pageSentence("link.lost"))).toBe(spoken.messages["link.lost"]);
   });
 });
 

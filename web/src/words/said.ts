@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import type { Sentence } from "../messages";
 import { named } from "./named";
-import { type Code, fill, isOurs, language, type Message, t } from "./words";
+import { type Code, fill, isPageCode, language, type Message, t } from "./words";
 
 /** A language's messages for the server's codes. */
 export type SaidCatalog = Readonly<Record<string, Message>>;
@@ -48,7 +48,7 @@ export function said(sentence: Saying | null | undefined): string | null {
   const message = own?.[code] ?? english.value[code];
   if (message !== undefined) return fill(message, words, tag);
   if (sentence.english) return sentence.english;
-  if (isOurs(code)) return t(code, words);
+  if (isPageCode(code)) return t(code, words);
   if (english.value === NO_WORDS) return "…";
   return Object.values(words).join(", ") || t("link.unknown");
 }
@@ -69,7 +69,7 @@ export function isSentence(one: unknown): one is Sentence {
 }
 
 /** One of the page's own sentences, to be said later. */
-export function ours(code: Code, values?: Sentence["values"]): Saying {
+export function pageSentence(code: Code, values?: Sentence["values"]): Saying {
   return values ? { code, values } : { code };
 }
 

@@ -32,13 +32,13 @@ const english: Partial<Record<Code, Message>> = { ...first };
 export const ENGLISH: Language = { tag: "en", direction: "ltr", messages: english };
 
 /** Adds the English messages of a part of the page that was loaded late. */
-export function learn(more: Catalog): void {
+export function addEnglish(more: Catalog): void {
   Object.assign(english, more);
 }
 
 /** Loads the English messages of the parts that are loaded late. */
-export async function learnLater(): Promise<void> {
-  learn((await import("./en/later.json")).default);
+export async function loadLaterEnglish(): Promise<void> {
+  addEnglish((await import("./en/later.json")).default);
 }
 
 /** The language in use; views that read a sentence are redrawn when it changes. */
@@ -51,7 +51,7 @@ export function t(code: Code, values: Values = {}): string {
 }
 
 /** Whether this is one of the page's own codes, among those loaded so far. */
-export function isOurs(code: string): code is Code {
+export function isPageCode(code: string): code is Code {
   return Object.hasOwn(english, code);
 }
 
