@@ -77,7 +77,7 @@ it("has no code that the page uses as its own", () => {
   const sources = readdirSync(folder, { recursive: true, encoding: "utf8" })
     .filter((path) => /\.tsx?$/.test(path) && !path.includes(".test."))
     .map((path) => readFileSync(join(folder, path), "utf8"));
-  const own = [...sources.join("\n").matchAll(/\bours\(\s*"([^"]+)"/g)].map(
+  const own = [...sources.join("\n").matchAll(/\bpageSentence\(\s*"([^"]+)"/g)].map(
     ([, code = ""]) => code,
   );
   expect(own).toContain("link.lost");
