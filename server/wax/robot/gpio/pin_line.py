@@ -74,8 +74,10 @@ class PinLine(RobotLine):
             self._guard.dismiss()
 
     def problem(self, error: Exception, *, was_open: bool) -> Sentence:
-        code = "gpio.lost" if was_open else "gpio.not_open"
-        return Sentence(code, {"why": _why(error), "seconds": self._settings.reopen_s})
+        seconds = self._settings.reopen_s
+        return Sentence(
+            "gpio.lost" if was_open else "gpio.not_open", {"why": _why(error), "seconds": seconds}
+        )
 
     def _drive(self, wanted: Twist) -> None:
         front, back = self._pins.bumped if self._settings.bumpers_stop else (False, False)
