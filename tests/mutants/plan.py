@@ -50,6 +50,7 @@ _ROBOT: Final[dict[str, tuple[str, ...]]] = {
     "process/pipe_messages": ("process/test_pipe_messages",),
     "serial/frames": ("test_serial_frames", "test_dialects"),
     "serial/frames_dialect": ("test_frames_dialect", "test_dialects"),
+    "line/core": ("test_line_core",),
     "line/setpoints": ("test_setpoints",),
     "serial/bytes_dialect": ("test_dialects",),
     "serial/odometry": ("test_odometry",),

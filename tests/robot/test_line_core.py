@@ -11,7 +11,7 @@ LOST = Sentence("robot.no_answer")
 
 
 def connected() -> LineCore:
-    core = LineCore(Limits(0.6, 1.5), ttl_s=0.2)
+    core = LineCore(Limits(0.6, 1.5, axes=("pan",)), ttl_s=0.2)
     core.opened(0.0)
     core.heard(Reading(moving=False, extra={"volts": 7.4}))
     return core
@@ -22,7 +22,7 @@ def test_a_robot_is_connected_from_its_first_answer() -> None:
     core = LineCore(Limits(0.6, 1.5), ttl_s=0.2)
     core.opened(0.0)
     assert not core.state(0.0).connected
-    core.heard(Reading(moving=True, battery_v=7.4, gauges={"motor_c": 40.0}))
+    core.heard(Reading(moving=True, battery_v=7.4, gauges={"motor_c": 40.0}, extra={"steps": 1}))
     core.heard(None)
     state = core.state(0.0)
     assert (state.connected, state.epoch, state.moving) == (True, 1, True)
@@ -55,3 +55,36 @@ def test_each_connection_begins_at_standstill() -> None:
     core.apply(AHEAD, 1, 0.0)
     assert core.order(0.0)[0].twist == STANDSTILL
     assert (core.state(0.0).epoch, core.state(0.0).problem) == (2, None)
+
+
+def test_a_stop_is_never_refused_and_an_axis_is_kept() -> None:
+    """A stop of an earlier turn counts; a new connection forgets where the axes were."""
+    core = connected()
+    core.apply(STANDSTILL, 2, 0.0)
+    core.apply(AHEAD, 2, 0.0)
+    core.set_axis("pan", 0.5, 2)
+    assert core.order(0.1)[0].axes == (("pan", 0.5),)
+    core.stop(1, 0.1)
+    assert core.order(0.1)[0].twist == STANDSTILL
+    core.lost(None)
+    assert core.order(0.1)[0].axes == ()
+
+
+class Counting(LineCore):
+    """Counts stops, as a protocol that repeats them does."""
+
+    stops = 0
+
+    def _stopped(self, now_s: float) -> None:
+        self.stops += 1
+
+    def _reading(self, now_s: float) -> Reading:
+        return Reading(moving=True, extra={"stops": self.stops})
+
+
+def test_what_a_protocol_counts_is_told_even_of_a_lost_robot() -> None:
+    """Whether it moves is unknown then, but the errors on its line are not."""
+    core = Counting(Limits(0.6, 1.5), ttl_s=0.2)
+    core.stop(1, 0.0)
+    state = core.state(0.0)
+    assert (state.connected, state.moving, state.extra) == (False, None, {"stops": 1})
