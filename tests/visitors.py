@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.access.access import Access
 from wax.access.admission import Grant, Visitor
+from wax.access.host_decisions import HostDecisions
 from wax.config.access import AccessSettings
 
 if TYPE_CHECKING:
@@ -27,6 +28,13 @@ def make_access(
     clock: Clock,
     settings: AccessSettings | None = None,
     secret: bytes | None = None,
+    decisions: HostDecisions | None = None,
 ) -> Access:
     """Return an admission; `secret` makes it that of another, as after a restart."""
-    return Access(settings or AccessSettings(), records, clock, secret or secrets.token_bytes(32))
+    return Access(
+        settings or AccessSettings(),
+        records,
+        clock,
+        secret or secrets.token_bytes(32),
+        decisions or HostDecisions(),
+    )

@@ -18,6 +18,7 @@ import structlog
 
 from wax import __version__, state_dir
 from wax.access.access import Access
+from wax.access.host_decisions import HostDecisions
 from wax.access.host_link import HostLinkSocket
 from wax.access.secret_file import load_secret
 from wax.cluster.cluster import Cluster
@@ -45,7 +46,6 @@ from wax.rtc.network import Network
 from wax.session.changes import Fault, StateSeen, faults
 from wax.session.event_maker import EventMaker
 from wax.session.headroom import Headroom
-from wax.session.host_decisions import HostDecisions
 from wax.session.house_states import house_states
 from wax.session.kept_state import KeptFile
 from wax.session.parts import Parts
@@ -262,7 +262,7 @@ class App:
             controls=settings.controls,
         )
         decisions, turns = HostDecisions(), Turns(settings.turns)
-        pipelines = Pipelines(settings, clock, driver, lambda: decisions.is_blanked)
+        pipelines = Pipelines(settings, clock, driver, lambda: decisions.switches.is_blanked)
         cluster = Cluster(clock=clock, counters=counters)
         pipelines.publish(cluster)
         self._tape = self._make_tape(counters, pipelines)
@@ -308,7 +308,13 @@ class App:
             turns=turns,
             viewers=viewers,
             control=control,
-            access=Access(settings.access, records, clock, load_secret(settings.server.state_dir)),
+            access=Access(
+                settings.access,
+                records,
+                clock,
+                load_secret(settings.server.state_dir),
+                decisions,
+            ),
             decisions=decisions,
             kept=KeptFile(settings.server.state_dir),
             records=records,

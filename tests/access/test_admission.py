@@ -18,9 +18,11 @@ from wax.access.admission import (
     Grant,
     Visitor,
 )
+from wax.access.host_decisions import HostDecisions
 from wax.config.access import AccessSettings
 from wax.config.opening_hours import OpeningHours
 from wax.errors import FullError, NotAdmittedError
+from wax.protocol.host_switches import HostSwitches
 
 MONDAY_S = datetime(2026, 11, 23, 12, 0, tzinfo=UTC).timestamp()
 HOUR_S = 3600.0
@@ -31,9 +33,10 @@ GUEST = Visitor("guest", "198.51.100.1", invited_to="watch")
 TROLL = Visitor("troll", "203.0.113.1")
 
 
-def make(*hours: str, **settings: Any) -> Admission:
+def make(*hours: str, is_locked: bool = False, **settings: Any) -> Admission:
     checked = AccessSettings.model_validate(settings)
-    return Admission(checked, OpeningHours.of(hours, ZoneInfo("UTC")))
+    decisions = HostDecisions(HostSwitches(is_locked=is_locked))
+    return Admission(checked, OpeningHours.of(hours, ZoneInfo("UTC")), decisions)
 
 
 def refused(door: Admission, visitor: Visitor, now_s: float = MONDAY_S) -> NotAdmittedError:
@@ -80,8 +83,7 @@ def test_what_strangers_and_the_invited_may(
 
 def test_a_lock_keeps_the_invited() -> None:
     """A lock keeps out strangers and admits the invited."""
-    door = make()
-    door.is_locked = True
+    door = make(is_locked=True)
     assert refused(door, ANN).sentence == LOCKED
     assert door.check(GUEST, MONDAY_S).hear
     assert door.check(HOST, MONDAY_S).queue
@@ -95,7 +97,9 @@ def test_a_ban_is_for_a_browser_and_its_address() -> None:
         assert refused(door, one).sentence == BANNED
     assert door.check(Visitor("new", "192.0.2.99"), MONDAY_S).queue
     assert door.check(TROLL, MONDAY_S + BAN_S).queue
-    again = Admission(AccessSettings(), OpeningHours.of((), ZoneInfo("UTC")), [ban])
+    again = Admission(
+        AccessSettings(), OpeningHours.of((), ZoneInfo("UTC")), HostDecisions(), [ban]
+    )
     assert refused(again, TROLL).sentence == BANNED  # the server was restarted
 
 

@@ -9,7 +9,7 @@ import pytest
 from wax.access import permissions
 from wax.access.permissions import PERMISSIONS, ROLES, Role
 from wax.errors import ForbiddenError
-from wax.protocol import messages
+from wax.protocol import host_switches, messages
 
 ANYBODY = "stranger embed observer adviser operator host"
 WATCHING = "embed observer adviser operator host"
@@ -32,9 +32,9 @@ CELLS: dict[permissions.Act, str] = {
     permissions.SPEAK: "adviser operator host",
     permissions.DIAGNOSIS: "host",
     **dict.fromkeys(get_args(messages.HostIn), "host"),
-    messages.HoldQueue: "host house",
-    messages.Close: "host house",
-    messages.Blank: "host house",
+    host_switches.HoldQueue: "host house",
+    host_switches.Close: "host house",
+    host_switches.Blank: "host house",
     "GET /": ANYBODY,
     "GET /assets": ANYBODY,
     "GET /page.css": ANYBODY,

@@ -420,7 +420,6 @@ def test_a_held_queue_starts_and_renews_nothing() -> None:
     """The turn ends in its time; nobody drives until the host lets the queue go on."""
     turns = make(A, B)
     assert turns.hold(True, 10.0) == ()
-    assert turns.is_held
     assert turns.wait_s(B, 10.0) is None
     assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED),)
     assert turns.tick(500.0) == ()

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from wax.config.settings import Settings
 from wax.house.discovery import discovery
+from wax.protocol.host_switches import AT_HOME
 
 Text = Annotated[str, Field(min_length=1, max_length=255)]
 Topic = Annotated[str, Field(pattern=r"^[^+#\x00$][^+#\x00]*$")]
@@ -154,9 +155,7 @@ def test_every_entity_is_there() -> None:
         "open": "binary_sensor",
         "stop": "button",
         "release": "button",
-        "open_switch": "switch",
-        "paused_switch": "switch",
-        "blanked_switch": "switch",
+        **{f"{topic}_switch": "switch" for topic in AT_HOME},
     }
     assert told["availability"] == [{"topic": "a/b/status"}]
     assert told["components"]["gauge_temperature"]["state_topic"] == "a/b/gauge/temperature"
@@ -174,9 +173,7 @@ def test_what_commands_is_there_while_its_way_leads_here() -> None:
     assert ways == {
         "stop": ["a/b/status", "a/b/stop/status"],
         "release": ["a/b/status", "a/b/release/status"],
-        "open_switch": ["a/b/status", "a/b/open/status"],
-        "paused_switch": ["a/b/status", "a/b/paused/status"],
-        "blanked_switch": ["a/b/status", "a/b/blanked/status"],
+        **{f"{topic}_switch": ["a/b/status", f"a/b/{topic}/status"] for topic in AT_HOME},
     }
 
 

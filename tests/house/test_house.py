@@ -14,11 +14,12 @@ from tests.until import async_until
 
 from wax.config.settings import Settings
 from wax.errors import ForbiddenError, StartError
-from wax.house import broker
+from wax.house import broker, commands
 from wax.house.discovery import published_topics
 from wax.house.house import GAP_S, House
 from wax.protocol import messages
 from wax.protocol.events import FaultEvent, Removed, StopEvent, StoppedByItself
+from wax.protocol.host_switches import AT_HOME, Close
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -144,7 +145,7 @@ async def test_names_are_told_only_where_configured(
 
 async def test_only_what_may_act_is_listened_to(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every command but Release is subscribed to, and Release if configured."""
-    names = ["stop", "open", "paused", "blanked"]
+    names = ["stop", *AT_HOME]
     assert sorted(rig.link.asks) == sorted(f"rover/{name}/set" for name in names)
     assert "rover/release/set" in Rig(monkeypatch, release=True).link.asks
     assert rig.link.asks["rover/stop/set"] == "rover/stop/status"
@@ -167,7 +168,7 @@ async def test_a_command_acts_at_once_and_is_seen(rig: Rig) -> None:
     assert rig.link.states["rover/queue"] == "7"
 
 
-@pytest.mark.parametrize("name", ["stop", "open", "paused", "blanked", "release"])
+@pytest.mark.parametrize("name", commands.NAMES)
 async def test_a_retained_copy_does_nothing(rig: Rig, name: str) -> None:
     """Retained and empty messages are ignored and counted, except an empty Stop."""
     rig.hears(name, b"ON", retained=True)
@@ -198,7 +199,7 @@ async def test_a_flood_reaches_the_loop_as_a_trickle(
     rig.hears("stop", b"PRESS")
     await asyncio.sleep(0)
     assert rig.acts == [
-        messages.Close(type="close", closed=False),
+        Close(type="close", closed=False),
         messages.Stop(type="stop"),
     ]
     assert rig.house.counts["overtaken"] == 999
@@ -209,12 +210,12 @@ async def test_a_flood_reaches_the_loop_as_a_trickle(
     assert len(rig.acts) == 2
     turn_loop(GAP_S, monkeypatch)
     await async_until(lambda: len(rig.acts) > 2)
-    assert rig.acts[2:] == [messages.Close(type="close", closed=False)]
+    assert rig.acts[2:] == [Close(type="close", closed=False)]
     assert rig.house._acted_s["open"] == rig.clock.time_s
     rig.clock.time_s += GAP_S
     rig.hears("open", b"OFF")
     await asyncio.sleep(0)
-    assert rig.acts[3:] == [messages.Close(type="close", closed=True)]
+    assert rig.acts[3:] == [Close(type="close", closed=True)]
 
 
 async def test_a_second_press_of_stop_acts_in_time(

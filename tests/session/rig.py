@@ -6,7 +6,7 @@ import json
 import math
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from tests.control.rules import VOUCHED
 from tests.heard_events import Heard
@@ -16,6 +16,7 @@ from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
 
 from wax.access.access import Shown
+from wax.access.host_decisions import HostDecisions
 from wax.capture.audio_blocks import Blocks
 from wax.capture.channel_faults import ChannelFaults
 from wax.cluster.cluster import Cluster, RoomSeat
@@ -28,10 +29,10 @@ from wax.driver.interface import Aboard, ControlValue, Limits, RobotState, Twist
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import room_change
+from wax.protocol.host_switches import HostSwitches
 from wax.records.records import Records
 from wax.session import entry as entry_module
 from wax.session.headroom import Headroom, Used
-from wax.session.host_decisions import HostDecisions
 from wax.session.kept_state import KeptFile
 from wax.session.parts import Parts
 from wax.session.record_keeper import RecordKeeper
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from wax.hooks.hooks import Hooks
     from wax.house.house import House
     from wax.pipelines import Pipelines
+    from wax.protocol.host_switches import HostSwitch
     from wax.rtc.peer import Peer, PeerEvents
     from wax.sentence import Sentence
 
@@ -197,6 +199,13 @@ class FakeCluster:
         self.removed.append((person, for_good))
 
 
+def switching(switch: HostSwitch) -> dict[str, Any]:
+    """Return the host's message that gives a switch another value than it has at first."""
+    [kind] = get_args(switch.act.model_fields["type"].annotation)
+    is_off = getattr(HostSwitches(), switch.kept) is False
+    return {"type": kind, switch.field: True if is_off else 0.25}
+
+
 class Rig:
     """A server with everything real but peers, robot and time."""
 
@@ -214,7 +223,9 @@ class Rig:
         self.tunnel = SimpleNamespace(problem=None, problems=list, status=lambda: None)
         self.decisions = HostDecisions()
         self.records = Records(self.clock)
-        self.access = make_access(self.records, self.clock, settings.access)
+        self.access = make_access(
+            self.records, self.clock, settings.access, decisions=self.decisions
+        )
         self.viewers = Viewers(
             sync=settings.sync, turns=turns, has_camera=True, decisions=self.decisions
         )

@@ -5,18 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.session.rig import OFFER, Rig
+from structlog.testing import capture_logs
+from tests.session.rig import OFFER, Rig, switching
 from tests.visitors import TAB, visitor
 
 from wax.access.access import Shown
 from wax.access.admission import BANNED, LOCKED
+from wax.access.host_decisions import BLANKED
 from wax.access.host_secrets import OVERLAP_S
 from wax.errors import NotAdmittedError
+from wax.protocol.host_switches import SWITCHES, HostSettings, HostSwitches
 from wax.session.host_acts import REMOVED
-from wax.session.host_decisions import BLANKED
 
 if TYPE_CHECKING:
     from tests.session.rig import FakePeer
+
+    from wax.protocol.host_switches import HostSwitch
 
 
 @pytest.fixture
@@ -33,6 +37,21 @@ async def test_the_host_sees_who_is_here(rig: Rig, host: FakePeer) -> None:
     assert (told["closed"], told["opens_wall_ms"]) == (False, None)
     assert "console" not in {one["type"] for one in bob.sent}
     assert [line["host"] for line in bob.last("room")["viewers"]] == [True, False]
+
+
+@pytest.mark.parametrize("switch", SWITCHES.values(), ids=lambda one: one.kept)
+async def test_a_switch_is_one_record(rig: Rig, host: FakePeer, switch: HostSwitch) -> None:
+    """What the host switches is told to pages by its name there, and logged."""
+    act = switching(switch)
+    with capture_logs() as logs:
+        host.says(**act)
+    rig.wait(0.3, host)
+    changed = HostSwitches().after(switch.act.model_validate(act))
+    assert rig.decisions.switches == changed != HostSwitches()
+    told = {switch.told: act[switch.field]} if switch.told else {}
+    assert host.last("room")["host_settings"] == HostSettings().model_dump() | told
+    [logged] = [line for line in logs if line["event"] == "host's act"]
+    assert logged["act"] == act["type"]
 
 
 async def test_a_held_queue_waits(rig: Rig, host: FakePeer) -> None:
@@ -194,7 +213,7 @@ async def test_the_others_are_signed_out(rig: Rig, host: FakePeer) -> None:
     }
     rig.wait(1.2, host, bob)
     assert rig.names() == ["Guest 1", "Guest 3"]
-    assert not rig.access.admission.is_locked
+    assert not rig.decisions.switches.is_locked
 
 
 async def test_the_host_reads_that_an_old_cookie_is_used(
@@ -250,4 +269,4 @@ async def test_guests_cannot_act_as_the_host(rig: Rig, host: FakePeer) -> None:
         bob.says(**act)
         assert bob.last("notice")["text"] == {"code": "may.host"}
     assert rig.names() == ["Guest 1", "Guest 2"]
-    assert not rig.decisions.is_blanked
+    assert not rig.decisions.switches.is_blanked

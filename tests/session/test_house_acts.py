@@ -15,6 +15,7 @@ from wax.driver.interface import Twist
 from wax.errors import ForbiddenError
 from wax.house.commands import NAMES, ReleaseAt, parse
 from wax.protocol import messages
+from wax.protocol.host_switches import Blank, Close, HoldQueue
 from wax.session.stop_budget import HOUSE
 
 STOP = messages.Stop(type="stop")
@@ -84,15 +85,15 @@ async def test_a_press_after_the_release_was_sent_lasts(releasing: Rig) -> None:
 async def test_it_closes_pauses_and_blanks(rig: Rig) -> None:
     """It acts at once, as the host would."""
     bob = await rig.enter("bob-1111")
-    rig.room.house_acts(messages.HoldQueue(type="hold_queue", held=True))
-    rig.room.house_acts(messages.Blank(type="blank", blanked=True))
+    rig.room.house_acts(HoldQueue(type="hold_queue", held=True))
+    rig.room.house_acts(Blank(type="blank", blanked=True))
     rig.wait(0.3, bob)
     told = bob.last("room")["host_settings"]
     assert (told["held"], told["blanked"]) == (True, True)
-    rig.room.house_acts(messages.Close(type="close", closed=True))
+    rig.room.house_acts(Close(type="close", closed=True))
     assert bob.last("ended")["openings"] == []
     assert not rig.access.is_open
-    rig.room.house_acts(messages.Close(type="close", closed=False))
+    rig.room.house_acts(Close(type="close", closed=False))
     assert rig.access.is_open
 
 

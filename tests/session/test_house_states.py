@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from wax.config.controls import GaugeSettings
 from wax.config.settings import Settings
 from wax.house.discovery import published_topics
+from wax.protocol.host_switches import AT_HOME
 from wax.session.house_states import house_states
 
 if TYPE_CHECKING:
@@ -33,9 +34,8 @@ async def test_the_room_as_states(rig: Rig) -> None:
         "queue": "1",
         "viewers": "2",
         "battery": "42",
+        **dict.fromkeys(AT_HOME, "OFF"),
         "open": "ON",
-        "paused": "OFF",
-        "blanked": "OFF",
         "gauge/amps": "1.50",
         "gauge/gone": "None",
     }

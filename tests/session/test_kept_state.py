@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from structlog.testing import capture_logs
-from tests.session.rig import Rig
+from tests.session.rig import Rig, switching
 from tests.until import until
 
 from wax import state_dir
 from wax.control.stop_latch import LatchedStop
 from wax.protocol import messages
+from wax.protocol.host_switches import AT_HOME, SWITCHES, HostSwitches
 from wax.session import kept_state
 from wax.session.kept_state import FILE, KeptFile, KeptState
 from wax.session.stop_budget import BEFORE, HOST, HOUSE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
-    from wax.house.commands import HouseAct
     from wax.protocol.events import StopRole
+    from wax.protocol.host_switches import HostSwitch, SwitchAtHome
     from wax.sentence import Sentence
 
 
@@ -69,46 +69,59 @@ async def test_a_stop_is_in_force_after_a_restart(
     assert after.loop.latched is None
 
 
-@pytest.mark.parametrize(
-    ("act", "is_so"),
-    [
-        ({"type": "blank", "blanked": True}, lambda rig: rig.decisions.is_blanked),
-        ({"type": "mute_voices", "muted": True}, lambda rig: rig.decisions.are_voices_muted),
-        ({"type": "limit_speed", "fraction": 0.25}, lambda rig: rig.decisions.max_fraction == 0.25),
-        ({"type": "hold_queue", "held": True}, lambda rig: rig.turns.is_held),
-        ({"type": "lock", "locked": True}, lambda rig: rig.access.admission.is_locked),
-        ({"type": "close", "closed": True}, lambda rig: not rig.access.is_open),
-    ],
-    ids=lambda act: act["type"] if isinstance(act, dict) else "",
-)
-async def test_what_the_host_has_closed_or_limited_outlives_a_restart(
-    tmp_path: Path, act: dict[str, Any], is_so: Callable[[Rig], bool]
+@pytest.mark.parametrize("switch", SWITCHES.values(), ids=lambda one: one.kept)
+async def test_what_the_host_has_switched_outlives_a_restart(
+    tmp_path: Path, switch: HostSwitch
 ) -> None:
     """Nobody may be there to do it again."""
     rig = started(tmp_path)
-    assert not is_so(rig)
-    (await rig.enter("hedy-111", is_host=True)).says(**act)
+    (await rig.enter("hedy-111", is_host=True)).says(**switching(switch))
     until(rig.kept.close)
     after = started(tmp_path)
     until(after.kept.close)
-    assert is_so(after)
+    assert after.decisions.switches == rig.decisions.switches != HostSwitches()
 
 
-@pytest.mark.parametrize(
-    "act",
-    [
-        messages.Close(type="close", closed=True),
-        messages.HoldQueue(type="hold_queue", held=True),
-        messages.Blank(type="blank", blanked=True),
-    ],
-)
-async def test_an_act_of_home_automation_outlives_a_restart(tmp_path: Path, act: HouseAct) -> None:
+async def test_a_held_queue_waits_after_a_restart(tmp_path: Path) -> None:
+    """No turn begins until the host resumes it."""
+    rig = started(tmp_path)
+    (await rig.enter("hedy-111", is_host=True)).says(type="hold_queue", held=True)
+    until(rig.kept.close)
+    after = started(tmp_path)
+    until(after.kept.close)
+    bob = await after.enter("bob-1111")
+    bob.says(type="join")
+    after.wait(0.3, bob)
+    assert bob.last("room")["turn"]["operator"] is None
+
+
+@pytest.mark.parametrize("switch", AT_HOME.values(), ids=lambda one: one.topic)
+async def test_an_act_of_home_automation_outlives_a_restart(
+    tmp_path: Path, switch: SwitchAtHome
+) -> None:
     """It is kept as the host's acts are."""
     rig = started(tmp_path)
-    rig.room.house_acts(act)
+    rig.room.house_acts(switch.act(switch.topic != "open"))
     until(rig.kept.close)
-    is_kept = KeptFile(str(tmp_path)).before
-    assert is_kept.is_closed or is_kept.is_held or is_kept.is_blanked
+    assert KeptFile(str(tmp_path)).before.switches == rig.decisions.switches != HostSwitches()
+
+
+def test_the_file_of_an_older_version_is_read(tmp_path: Path) -> None:
+    """Its names stay as they are."""
+    (tmp_path / FILE).write_text(
+        '{"stop":"operator","is_held":true,"is_blanked":true,"are_voices_muted":true,'
+        '"max_fraction":0.25,"is_locked":true,"is_closed":true,"closed_until_s":5.0}   '
+    )
+    assert KeptFile(str(tmp_path)).before == KeptState(
+        stop="operator",
+        is_held=True,
+        is_blanked=True,
+        are_voices_muted=True,
+        max_fraction=0.25,
+        is_locked=True,
+        is_closed=True,
+        closed_until_s=5.0,
+    )
 
 
 async def test_closed_for_the_day_it_opens_when_it_would_have(tmp_path: Path) -> None:
@@ -116,11 +129,11 @@ async def test_closed_for_the_day_it_opens_when_it_would_have(tmp_path: Path) ->
     hours = {"hours": ["mon-sun 10:00-11:00"]}
     rig = started(tmp_path, access=hours)
     (await rig.enter("hedy-111", is_host=True)).says(type="close", closed=True)
-    opens_s = rig.access.admission.closed_until_s
+    opens_s = rig.decisions.switches.closed_until_s
     until(rig.kept.close)
     after = started(tmp_path, access=hours)
     until(after.kept.close)
-    assert after.access.admission.closed_until_s == opens_s is not None
+    assert after.decisions.switches.closed_until_s == opens_s is not None
 
 
 def kept(folder: Path) -> KeptFile:

@@ -11,13 +11,13 @@ from tests.heard_events import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
+from wax.access.host_decisions import HostDecisions
 from wax.config.stop import StopSettings
 from wax.control.gate import Refusal
 from wax.errors import ForbiddenError
 from wax.records.file import open_for_reading
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
-from wax.session.host_decisions import HostDecisions
 from wax.session.record_keeper import RecordKeeper
 from wax.session.stop_budget import (
     KNOWN_S,

@@ -18,6 +18,7 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.access.admission import Grant
+    from wax.access.host_decisions import HostDecisions
     from wax.access.keyring import Invitation
     from wax.clock import Clock
     from wax.config.access import AccessSettings
@@ -40,7 +41,12 @@ class Access:
     """Call it from the event loop; what must outlast the server goes to the records."""
 
     def __init__(
-        self, settings: AccessSettings, records: Records, clock: Clock, secret: bytes
+        self,
+        settings: AccessSettings,
+        records: Records,
+        clock: Clock,
+        secret: bytes,
+        decisions: HostDecisions,
     ) -> None:
         self._records = records
         self._clock = clock
@@ -49,6 +55,7 @@ class Access:
         self.admission = Admission(
             settings,
             OpeningHours.of(settings.hours, zone_of(settings.time_zone)),
+            decisions,
             lasting.bans,
         )
         self._hosts = HostSecrets(lasting.host_cookies, records.keep_host_cookie)

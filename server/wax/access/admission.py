@@ -15,6 +15,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from wax.access.host_decisions import HostDecisions
     from wax.config.access import AccessSettings
     from wax.config.opening_hours import OpeningHours
     from wax.protocol.http_bodies import Purpose
@@ -65,14 +66,16 @@ class Admission:
     """
 
     def __init__(
-        self, settings: AccessSettings, hours: OpeningHours, bans: Iterable[Ban] = ()
+        self,
+        settings: AccessSettings,
+        hours: OpeningHours,
+        decisions: HostDecisions,
+        bans: Iterable[Ban] = (),
     ) -> None:
         self._settings = settings
         self._hours = hours
+        self._decisions = decisions
         self._bans = list(bans)
-        self.is_locked = False
-        self.is_closed = False
-        self.closed_until_s: float | None = None
 
     def ban(self, visitor: Visitor, now_s: float) -> Ban:
         """Ban a browser and its address for a day.
@@ -86,22 +89,22 @@ class Admission:
 
     def close(self, is_closed: bool, now_s: float) -> None:
         """Close to guests until the next opening hours begin, or reopen."""
-        self.is_closed = is_closed
         opens = self._hours.opens_next(_at(now_s)) if is_closed else None
-        self.closed_until_s = None if opens is None else opens.timestamp()
+        until_s = None if opens is None else opens.timestamp()
+        self._decisions.switches = self._decisions.switches.model_copy(
+            update={"is_closed": is_closed, "closed_until_s": until_s}
+        )
 
     def is_open(self, now_s: float) -> bool:
         """Whether guests are admitted now."""
-        if self.is_closed and self.closed_until_s is not None and now_s >= self.closed_until_s:
-            self.is_closed = False
-        return not self.is_closed and self._hours.is_open(_at(now_s))
+        return not self._is_closed(now_s) and self._hours.is_open(_at(now_s))
 
     def opens_s(self, now_s: float) -> float | None:
         """Return when guests are next admitted; None if they are now, or if unknown."""
         if self.is_open(now_s):
             return None
-        if self.is_closed:
-            return self.closed_until_s
+        if self._is_closed(now_s):
+            return self._decisions.switches.closed_until_s
         opens = self._hours.opens_next(_at(now_s))
         return None if opens is None else opens.timestamp()
 
@@ -117,7 +120,7 @@ class Admission:
         settings = self._settings
         if visitor.invited_to is not None:
             return Grant(hear=True, queue=visitor.invited_to == "queue" or settings.strangers_queue)
-        if self.is_locked:
+        if self._decisions.switches.is_locked:
             raise NotAdmittedError(LOCKED)
         if not settings.strangers_watch:
             raise NotAdmittedError(BY_INVITATION)
@@ -128,6 +131,12 @@ class Admission:
         count = sum(one.identity == visitor.identity for one in inside)
         if not visitor.is_host and count >= self._settings.max_tabs:
             raise FullError(TOO_MANY_TABS)
+
+    def _is_closed(self, now_s: float) -> bool:
+        """Whether the host has closed, and the hours that end this have not begun."""
+        switches = self._decisions.switches
+        until_s = switches.closed_until_s
+        return switches.is_closed and (until_s is None or now_s < until_s)
 
     def _openings(self, now_s: float) -> list[Opening]:
         return [

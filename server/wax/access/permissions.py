@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from wax.errors import ForbiddenError
 from wax.protocol import messages
+from wax.protocol.host_switches import SWITCHES
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -57,17 +58,12 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     # Speaking to the people beside the robot, which viewers never may.
     SPEAK: _IN_CHARGE,
     messages.KeepTape: _IN_CHARGE,
-    # The host's acts.
-    messages.HoldQueue: _HOST | _HOUSE,
+    # The host's acts; the switches that home automation has are its acts, too.
+    **{one.act: _HOST | _HOUSE if one.at_home else _HOST for one in SWITCHES.values()},
     messages.EndTurn: _HOST,
     messages.Remove: _HOST,
     messages.Mute: _HOST,
     messages.MuteAddress: _HOST,
-    messages.MuteVoices: _HOST,
-    messages.Lock: _HOST,
-    messages.Close: _HOST | _HOUSE,
-    messages.Blank: _HOST | _HOUSE,
-    messages.LimitSpeed: _HOST,
     messages.Announce: _HOST,
     messages.Invite: _HOST,
     messages.SignOutOthers: _HOST,

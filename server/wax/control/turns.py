@@ -182,11 +182,6 @@ class Turns:
         call = self._ready.call
         return None if call is None or call.is_answered else call
 
-    @property
-    def is_held(self) -> bool:
-        """Whether the host holds the queue."""
-        return self._is_held
-
     def paused_left_s(self, now_s: float) -> float | None:
         """Return what is left of a turn whose clock is paused; None while it runs."""
         turn = self._turn

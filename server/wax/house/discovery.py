@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from wax.house import commands
 from wax.house.slug import slug
+from wax.protocol.host_switches import AT_HOME
 from wax.protocol.robot_report import HOUSE_SENSORS
 
 if TYPE_CHECKING:
@@ -87,9 +88,6 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
     def button(key: str, name: str, **more: object) -> None:
         add(key, "button", name, **commands_by(key), **more)
 
-    def switch(key: str, name: str) -> None:
-        add(f"{key}_switch", "switch", name, state_topic=f"{topic}/{key}", **commands_by(key))
-
     shows("queue", "sensor", "Queue", **_MEASURED)
     shows("viewers", "sensor", "Viewers", **_MEASURED)
     for one in HOUSE_SENSORS:
@@ -103,9 +101,9 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
     shows("fault", "binary_sensor", "Fault", device_class="problem")
     shows("open", "binary_sensor", "Open")
     button(commands.STOP, "Stop")
-    switch(commands.OPEN, "Open")
-    switch(commands.PAUSED, "Pause the queue")
-    switch(commands.BLANKED, "Blank")
+    for key, switch in AT_HOME.items():
+        more = commands_by(key) | {"state_topic": f"{topic}/{key}"}
+        add(f"{key}_switch", "switch", switch.name, **more)
     # An entry with nothing but its platform removes a component that is not allowed (any more).
     if mqtt.names:
         shows(DRIVER, "sensor", "Driver")

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import ConfigDict, Field, TypeAdapter
 
 from wax.protocol import compact, foreign_json
+from wax.protocol.host_switches import HostSettings, SwitchAct
+from wax.protocol.model import Incoming, Outgoing
 from wax.protocol.robot_report import RobotReport
 from wax.sentence import Sentence
 
@@ -29,18 +31,10 @@ HeardBeat = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{6}$")] | None
 """The newest beat that the page has received (`wax.control.beats`), null before the first."""
 
 
-class _Incoming(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-class _Outgoing(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
 # --- drive channel, page → server ---------------------------------------------------------
 
 
-class Drive(_Incoming):
+class Drive(Incoming):
     """A complete set-point from the operator's input."""
 
     type: Literal["drive"]
@@ -66,7 +60,7 @@ ControlName = Annotated[str, Field(max_length=16)]
 ControlNumber = Annotated[float, Field(ge=-10_000, le=10_000)]
 
 
-class Operate(_Incoming):
+class Operate(Incoming):
     """The robot's controls that this page holds, and those that it sets, by name.
 
     A held button or a toggle that is on is 1, a toggle that is off 0; a slider has its own value, a
@@ -83,7 +77,7 @@ class Operate(_Incoming):
     beat: HeardBeat
 
 
-class Ping(_Incoming):
+class Ping(Incoming):
     """The page's heartbeat, and one half of the clock alignment.
 
     `sent_page_ms` is the page's own clock, returned in the pong. `pong_id` is the newest pong
@@ -97,7 +91,7 @@ class Ping(_Incoming):
     pong_held_ms: Ms | None
 
 
-class SoundReport(_Incoming):
+class SoundReport(Incoming):
     """How the sound plays; null where the browser does not report it."""
 
     age_ms: Ms | None
@@ -115,7 +109,7 @@ class SoundReport(_Incoming):
     """The player that these figures are of; the page's built-in player sets its own delay."""
 
 
-class PictureReport(_Incoming):
+class PictureReport(Incoming):
     """How the picture plays; null where the browser does not report it.
 
     `age_ms` is from capture to the screen, `delay_ms` the part of it in the jitter buffer,
@@ -128,7 +122,7 @@ class PictureReport(_Incoming):
     frozen_ms: Ms | None
 
 
-class Report(_Incoming):
+class Report(Incoming):
     """The page's measurements, a few times a second; a stream that is off is null.
 
     `clock_error_ms` is the largest possible error of the ages.
@@ -143,32 +137,32 @@ class Report(_Incoming):
 # --- state channel, page → server ---------------------------------------------------------
 
 
-class SetName(_Incoming):
+class SetName(Incoming):
     """The name that others see; trimmed and cut by the server."""
 
     type: Literal["name"]
     name: Annotated[str, Field(max_length=200)]
 
 
-class Join(_Incoming):
+class Join(Incoming):
     """Join the end of the queue."""
 
     type: Literal["join"]
 
 
-class Leave(_Incoming):
+class Leave(Incoming):
     """Leave the queue, or end your turn."""
 
     type: Literal["leave"]
 
 
-class Here(_Incoming):
+class Here(Incoming):
     """Answer to a call: this viewer is present and wants their turn."""
 
     type: Literal["here"]
 
 
-class Stop(_Incoming):
+class Stop(Incoming):
     """Stop the robot now, until the stop is released.
 
     A retry, for want of an answer, has the `press` of the first attempt.
@@ -178,7 +172,7 @@ class Stop(_Incoming):
     press: Counter | None = None
 
 
-class Release(_Incoming):
+class Release(Incoming):
     """Release the stop with this number, which moves nothing by itself.
 
     A late release, or one for an earlier stop, has no effect.
@@ -190,7 +184,7 @@ class Release(_Incoming):
     beat: HeardBeat
 
 
-class Want(_Incoming):
+class Want(Incoming):
     """Which streams this viewer wants and the largest picture; unknown sizes are refused.
 
     A null `policy` means the role's default.
@@ -203,7 +197,7 @@ class Want(_Incoming):
     policy: Literal["audio-master", "video-first"] | None
 
 
-class Look(_Incoming):
+class Look(Incoming):
     """Which camera other than the driving view this page shows large, null for none of them.
 
     It is an index into `Hello.cameras`. `small` says whether the page shows the others small.
@@ -214,13 +208,13 @@ class Look(_Incoming):
     small: bool
 
 
-class KeepTape(_Incoming):
+class KeepTape(Incoming):
     """Keep what was recorded in the last two minutes."""
 
     type: Literal["keep_tape"]
 
 
-class Received(_Incoming):
+class Received(Incoming):
     """The last packet of a media unit has arrived; `rtp` is its RTP time.
 
     Sent only if `Hello` asks for it: for each picture, and for the sound as `Units` defines.
@@ -231,24 +225,17 @@ class Received(_Incoming):
     rtp: Annotated[int, Field(ge=0, lt=2**32)]
 
 
-# --- state channel, the host's page → server -----------------------------------------------
+# --- state channel, the host's page → server; the switches are in host_switches.py ---------
 
 
-class HoldQueue(_Incoming):
-    """Pause the queue, so that no turn begins or renews, or resume it."""
-
-    type: Literal["hold_queue"]
-    held: bool
-
-
-class EndTurn(_Incoming):
+class EndTurn(Incoming):
     """End the turn with this number; a late request ends no other."""
 
     type: Literal["end_turn"]
     turn: Counter
 
 
-class Remove(_Incoming):
+class Remove(Incoming):
     """Close a viewer's pages; with `ban` also keep out this browser and address for a day."""
 
     type: Literal["remove"]
@@ -256,7 +243,7 @@ class Remove(_Incoming):
     ban: bool
 
 
-class Mute(_Incoming):
+class Mute(Incoming):
     """Ignore a viewer's Stop, or obey it again."""
 
     type: Literal["mute"]
@@ -264,7 +251,7 @@ class Mute(_Incoming):
     muted: bool
 
 
-class MuteAddress(_Incoming):
+class MuteAddress(Incoming):
     """Ignore the Stop of everybody at an address, one of `Console.pressers`, or obey it again."""
 
     type: Literal["mute_address"]
@@ -272,48 +259,13 @@ class MuteAddress(_Incoming):
     muted: bool
 
 
-class SignOutOthers(_Incoming):
+class SignOutOthers(Incoming):
     """Sign out all other hosts, who become guests, and void all unused host links."""
 
     type: Literal["sign_out_others"]
 
 
-class MuteVoices(_Incoming):
-    """Mute all voices at the robot, or unmute them."""
-
-    type: Literal["mute_voices"]
-    muted: bool
-
-
-class Lock(_Incoming):
-    """Let only invited people stay, or admit strangers again."""
-
-    type: Literal["lock"]
-    locked: bool
-
-
-class Close(_Incoming):
-    """Close to guests until the next opening hours begin, or reopen."""
-
-    type: Literal["close"]
-    closed: bool
-
-
-class Blank(_Incoming):
-    """Show everybody a card instead of picture and sound, or show both again."""
-
-    type: Literal["blank"]
-    blanked: bool
-
-
-class LimitSpeed(_Incoming):
-    """Limit how fast guests drive, as a fraction of the robot's limits; the host is not limited."""
-
-    type: Literal["limit_speed"]
-    fraction: Annotated[float, Field(ge=0.05, le=1)]
-
-
-class Announce(_Incoming):
+class Announce(Incoming):
     """Show everybody a sentence; an empty one removes it, and it expires after `for_s`."""
 
     type: Literal["announce"]
@@ -321,7 +273,7 @@ class Announce(_Incoming):
     for_s: Annotated[int, Field(ge=1, le=604_800)] | None = None
 
 
-class Invite(_Incoming):
+class Invite(Incoming):
     """Ask for an invitation, which `uses` people can use within `valid_s` seconds."""
 
     type: Literal["invite"]
@@ -333,7 +285,7 @@ class Invite(_Incoming):
 # --- server → page ------------------------------------------------------------------------
 
 
-class Pong(_Outgoing):
+class Pong(Outgoing):
     """Answer to a ping, on the drive channel; also a beat."""
 
     type: Literal["pong"] = "pong"
@@ -343,14 +295,14 @@ class Pong(_Outgoing):
     beat: str
 
 
-class Beat(_Outgoing):
+class Beat(Outgoing):
     """A beat between pongs for a page that sends commands, on the drive channel."""
 
     type: Literal["beat"] = "beat"
     beat: str
 
 
-class Operated(_Outgoing):
+class Operated(Outgoing):
     """Confirms, on the drive channel, that the `Operate` with this number has arrived.
 
     `refused` is a sentence that says why it has no effect, null if it has one. A late `Operate`
@@ -362,7 +314,7 @@ class Operated(_Outgoing):
     refused: Sentence | None
 
 
-class CameraGeometry(_Outgoing):
+class CameraGeometry(Outgoing):
     """How the driving view's camera sees the floor while no axis turns it.
 
     It is above the robot's middle, tilted down by `tilt_deg`, and sees `fov_deg` from left to
@@ -375,7 +327,7 @@ class CameraGeometry(_Outgoing):
     axis_row: float
 
 
-class MotionInfo(_Outgoing):
+class MotionInfo(Outgoing):
     """How the robot follows commands, to predict its path.
 
     It accelerates at the two accelerations, and brakes at `braking_mps2`.
@@ -386,7 +338,7 @@ class MotionInfo(_Outgoing):
     braking_mps2: float
 
 
-class RobotInfo(_Outgoing):
+class RobotInfo(Outgoing):
     """The robot's abilities, sent at connect.
 
     `camera` is null if its geometry is not configured, `width_m` if the robot's width is unknown.
@@ -402,14 +354,14 @@ class RobotInfo(_Outgoing):
     width_m: float | None
 
 
-class PageLink(_Outgoing):
+class PageLink(Outgoing):
     """One of the host's links."""
 
     text: str
     url: str
 
 
-class PageInfo(_Outgoing):
+class PageInfo(Outgoing):
     """The host's branding, of which each field is a key of `[page]`.
 
     An empty `sentence` means the page's default.
@@ -421,7 +373,7 @@ class PageInfo(_Outgoing):
     links: list[PageLink] = []
 
 
-class LossRules(_Outgoing):
+class LossRules(Outgoing):
     """What the robot does when something fails: sent at connect, not negotiable."""
 
     max_age_ms: float
@@ -447,7 +399,7 @@ class LossRules(_Outgoing):
     stop_by: Literal["everybody", "operator"]
 
 
-class VoiceRules(_Outgoing):
+class VoiceRules(Outgoing):
     """How people speak through the robot, if they are permitted to.
 
     With `open_microphone`, they need not hold anything while they speak.
@@ -456,14 +408,14 @@ class VoiceRules(_Outgoing):
     open_microphone: bool
 
 
-class CameraInfo(_Outgoing):
+class CameraInfo(Outgoing):
     """A camera other than the driving view, and the robot's axes that turn it."""
 
     name: str
     axes: list[str]
 
 
-class ControlInfo(_Outgoing):
+class ControlInfo(Outgoing):
     """A control of the robot besides its wheels, of which each field is a key of `[[controls]]`.
 
     `min`, `max` and `step` are a slider's.
@@ -484,7 +436,7 @@ class ControlInfo(_Outgoing):
     """Who may use it."""
 
 
-class GaugeInfo(_Outgoing):
+class GaugeInfo(Outgoing):
     """A number that the robot reports, of which each field is a key of `[[gauges]]`."""
 
     name: str
@@ -495,7 +447,7 @@ class GaugeInfo(_Outgoing):
     decimals: int
 
 
-class Hello(_Outgoing):
+class Hello(Outgoing):
     """The first message on the state channel."""
 
     type: Literal["hello"] = "hello"
@@ -528,7 +480,7 @@ class Hello(_Outgoing):
     gauges: list[GaugeInfo] = []
 
 
-class ViewerInfo(_Outgoing):
+class ViewerInfo(Outgoing):
     """One viewer. `place` is 0 for the operator, 1… for the queue, otherwise null.
 
     `wait_s` is the longest time until their turn, null if unknown. `host` marks the host's own
@@ -544,7 +496,7 @@ class ViewerInfo(_Outgoing):
     host: bool = False
 
 
-class TurnInfo(_Outgoing):
+class TurnInfo(Outgoing):
     """The current turn; `ends_server_ms` is null only when nobody drives.
 
     While something other than the operator prevents driving, the turn's clock is paused with
@@ -559,14 +511,14 @@ class TurnInfo(_Outgoing):
     axes: dict[str, float] = {}
 
 
-class CallInfo(_Outgoing):
+class CallInfo(Outgoing):
     """The next in the queue has until then to answer that they are present."""
 
     viewer: int
     until_server_ms: float
 
 
-class RobotStatus(RobotReport, _Outgoing):
+class RobotStatus(RobotReport, Outgoing):
     """The robot; `problem` is a sentence, null if there is none.
 
     `gauges` are those of `Hello` that the robot reports, `beyond` those beyond a limit, with the
@@ -581,7 +533,7 @@ class RobotStatus(RobotReport, _Outgoing):
     ttl_ms: float | None = None
 
 
-class AboardInfo(_Outgoing):
+class AboardInfo(Outgoing):
     """The person aboard, whose hand control outranks every operator.
 
     `mode` is ``free`` while an operator may drive, ``hand`` while the person does, ``pause`` after
@@ -598,7 +550,7 @@ class AboardInfo(_Outgoing):
     takes_part: bool = False
 
 
-class SourceStatus(_Outgoing):
+class SourceStatus(Outgoing):
     """A camera or microphone; `problem` is a sentence, null if it delivers."""
 
     problem: Sentence | None = None
@@ -610,7 +562,7 @@ class ViewStatus(SourceStatus):
     undated: Sentence | None = None
 
 
-class VoiceInfo(_Outgoing):
+class VoiceInfo(Outgoing):
     """The voice at the robot: `speaker` is the number of the viewer who speaks, or null.
 
     `muted`: the host has muted all voices. `problem` is a sentence about the robot's speaker, null
@@ -622,7 +574,7 @@ class VoiceInfo(_Outgoing):
     problem: Sentence | None = None
 
 
-class StopInfo(_Outgoing):
+class StopInfo(Outgoing):
     """The stop in force: its rising number, and who pressed it, in words that follow “by”.
 
     `viewer` is their number, null if they are not in the room. A stop that the host has pressed,
@@ -637,31 +589,14 @@ class StopInfo(_Outgoing):
     by_host: bool = False
 
 
-class HostSettings(_Outgoing):
-    """What the host has decided for everybody.
-
-    `held`: no turn begins. `locked`: only invited people may stay. `blanked`: a card replaces
-    picture and sound, and the robot is stopped. `message` is for everybody, empty if there is none;
-    it expires at `message_ends_server_ms`, never if that is null. `max_fraction` is the fraction of
-    the robot's speed that guests may use.
-    """
-
-    held: bool = False
-    locked: bool = False
-    blanked: bool = False
-    message: str = ""
-    message_ends_server_ms: float | None = None
-    max_fraction: float = 1.0
-
-
-class Tape(_Outgoing):
+class Tape(Outgoing):
     """Whether everything is being recorded; `why` is a sentence: what for, or why it is not."""
 
     running: bool
     why: Sentence
 
 
-class _Room(_Outgoing):
+class _Room(Outgoing):
     """The parts of the room that everybody sees."""
 
     type: str
@@ -704,7 +639,7 @@ class RoomChange(_Room):
     gone: list[int]
 
 
-class Playout(_Outgoing):
+class Playout(Outgoing):
     """The synchronisation policy's targets for this page's two jitter buffers.
 
     Null leaves a buffer's delay to the browser or the page's built-in player, whichever plays the
@@ -720,7 +655,7 @@ class Playout(_Outgoing):
     reason: Sentence
 
 
-class Served(_Outgoing):
+class Served(Outgoing):
     """What this viewer is sent now, and the estimate of their link; sent when it changes."""
 
     type: Literal["served"] = "served"
@@ -750,7 +685,7 @@ class Served(_Outgoing):
     view leaves no bitrate for."""
 
 
-class RtpClock(_Outgoing):
+class RtpClock(Outgoing):
     """How RTP time maps to capture time: captured = origin + (rtp - rtp_origin) / rate."""
 
     type: Literal["rtp_clock"] = "rtp_clock"
@@ -760,7 +695,7 @@ class RtpClock(_Outgoing):
     origin_server_ms: float
 
 
-class Units(_Outgoing):
+class Units(Outgoing):
     """Which packets end a media unit of the sound: the time of one, and the distance to the next.
 
     Both are in RTP time, modulo 2³².
@@ -771,7 +706,7 @@ class Units(_Outgoing):
     length: int
 
 
-class DriveStatus(_Outgoing):
+class DriveStatus(Outgoing):
     """The status of the operator's commands; sent when it changes.
 
     `reason` is why the robot does not move, or moves more slowly than commanded; `share` is the
@@ -784,7 +719,7 @@ class DriveStatus(_Outgoing):
     share: float
 
 
-class Heard(_Outgoing):
+class Heard(Outgoing):
     """Whether this viewer's voice plays at the robot; sent when that changes.
 
     `reason` is a sentence that says why it does not, null if it does or if they are silent.
@@ -795,21 +730,21 @@ class Heard(_Outgoing):
     reason: Sentence | None
 
 
-class Notice(_Outgoing):
+class Notice(Outgoing):
     """A sentence for this viewer, such as why a request was refused."""
 
     type: Literal["notice"] = "notice"
     text: Sentence
 
 
-class Opening(_Outgoing):
+class Opening(Outgoing):
     """One span of opening hours (since 1970)."""
 
     opens_wall_ms: float
     closes_wall_ms: float
 
 
-class Ended(_Outgoing):
+class Ended(Outgoing):
     """The last message to a viewer who may not stay.
 
     `text` says why. `openings` are the robot's opening hours of the coming week, the next first, at
@@ -821,7 +756,7 @@ class Ended(_Outgoing):
     openings: list[Opening]
 
 
-class ConsoleViewer(_Outgoing):
+class ConsoleViewer(Outgoing):
     """What only the host sees of a viewer; null where unknown.
 
     `address` is shortened. `round_trip_ms` and `picture_ms` (the picture's age) are current.
@@ -836,7 +771,7 @@ class ConsoleViewer(_Outgoing):
     rendition: str | None
 
 
-class Presser(_Outgoing):
+class Presser(Outgoing):
     """A shortened address from which Stop was pressed in the last minutes, or that is `muted`.
 
     `by` is who pressed last, in words that follow “by”; `presses` includes refused ones.
@@ -849,7 +784,7 @@ class Presser(_Outgoing):
     muted: bool
 
 
-class Console(_Outgoing):
+class Console(Outgoing):
     """What only the host sees; sent when it changes.
 
     `opens_wall_ms` (since 1970) is the next opening by the hours, null if open or unknown.
@@ -868,7 +803,7 @@ class Console(_Outgoing):
     problems: list[Sentence] = []
 
 
-class InvitationLink(_Outgoing):
+class InvitationLink(Outgoing):
     """An invitation: its link is the page's address with ``/#invite=`` and the token.
 
     `page` is that address if the server knows it; otherwise the host's browser uses its own.
@@ -882,14 +817,14 @@ class InvitationLink(_Outgoing):
     ends_wall_ms: float
 
 
-class Seat(_Outgoing):
+class Seat(Outgoing):
     """A LiveKit room's address, and a token that admits this person for the next five minutes."""
 
     url: str
     token: str
 
 
-class SentToRoom(_Outgoing):
+class SentToRoom(Outgoing):
     """Sends the page to watch elsewhere: the robot's own places, or its upload, are taken.
 
     It uses the first of `rooms`, or the second if that one fails; `links` are pages of other
@@ -904,7 +839,7 @@ class SentToRoom(_Outgoing):
     hello: Hello
 
 
-class Told(_Outgoing):
+class Told(Outgoing):
     """The state of the room, sent once a second to everybody in the LiveKit rooms.
 
     Its viewers are only the operator and the head of the queue, since LiveKit's messages hold
@@ -918,7 +853,7 @@ class Told(_Outgoing):
     room: RoomState
 
 
-class Goodbye(_Outgoing):
+class Goodbye(Outgoing):
     """The last message of a server that stops or restarts; the page reconnects by itself."""
 
     type: Literal["goodbye"] = "goodbye"
@@ -926,21 +861,7 @@ class Goodbye(_Outgoing):
 
 
 DriveIn = Drive | Operate | Ping | Report
-HostIn = (
-    HoldQueue
-    | EndTurn
-    | Remove
-    | Mute
-    | MuteAddress
-    | MuteVoices
-    | Lock
-    | Close
-    | Blank
-    | LimitSpeed
-    | Announce
-    | Invite
-    | SignOutOthers
-)
+HostIn = EndTurn | Remove | Mute | MuteAddress | Announce | Invite | SignOutOthers | SwitchAct
 StateIn = (
     SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received | HostIn
 )

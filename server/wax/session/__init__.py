@@ -3,8 +3,7 @@
 - Admission: `entry` asks `wax.access` who somebody is, `capacity` whether they may connect,
   and `wax.streams` whether there is upload for them; `viewers` lists who is here, and each
   second `presence` sends away viewers who may no longer stay, and notices who is lost.
-- Acts: `viewer` (one page's), `host_acts` and `host_decisions`, `stop_budget`, `voices`,
-  `proof_runner`.
+- Acts: `viewer` (one page's), `host_acts`, `stop_budget`, `voices`, `proof_runner`.
 - To pages: `page_messages` says what, `room_updates` when; `equipment`, `diagnosis`, `names`.
 - To others: `record_keeper` writes the records and feeds `event_maker`, which adds the events of
   `changes` and sends all to `wax.hooks`; `tape_keeper`; `house_states`; `status` answers programs.

@@ -10,6 +10,7 @@ from wax.access.admission import BANNED
 from wax.logs.printable import printable
 from wax.protocol import messages
 from wax.protocol.events import Removed
+from wax.protocol.host_switches import Close, HoldQueue, Lock, SwitchAct
 from wax.records.entries import RecordedPerson
 from wax.sentence import Sentence
 from wax.session.stop_budget import HOUSE
@@ -45,19 +46,29 @@ class HostActs:
     def handle(self, host: Viewer, act: messages.HostIn) -> None:
         """Carry out an act, and record it."""
         about = self._about(act)
-        if not self._change_admission(host, act):
+        if isinstance(act, SwitchAct):
+            self._switch(act)
+        elif not self._change_admission(host, act):
             self._decide(act)
         self._viewers.changed()
         self._record(RecordedPerson(host.visitor.identity, host.name), act, about)
 
-    def handle_from_house(self, act: messages.HoldQueue | messages.Close | messages.Blank) -> None:
+    def handle_from_house(self, act: SwitchAct) -> None:
         """Carry out an act of the host's home automation, and record it."""
-        if isinstance(act, messages.Close):
-            self._access.close(act.closed)
-            self._check_all()
-        else:
-            self._decide(act)
+        self._switch(act)
         self._record(RecordedPerson("", str(HOUSE)), act)
+
+    def _switch(self, act: SwitchAct) -> None:
+        """Set a switch, and do at once what follows from its new value."""
+        self._decisions.switches = self._decisions.switches.after(act)
+        match act:
+            case HoldQueue():
+                self._control.hold_queue(act.held)
+            case Lock():
+                self._check_all()
+            case Close():
+                self._access.close(act.closed)
+                self._check_all()
 
     def _record(self, person: RecordedPerson, act: messages.HostIn, about: str = "") -> None:
         detail = act.model_dump_json(exclude={"type", "viewer"})
@@ -66,8 +77,6 @@ class HostActs:
 
     def _decide(self, act: messages.HostIn) -> None:
         match act:
-            case messages.HoldQueue():
-                self._control.hold_queue(act.held)
             case messages.EndTurn():
                 if act.turn == self._turns.number:
                     self._control.end_turn()
@@ -75,12 +84,6 @@ class HostActs:
                 self._mute(act)
             case messages.MuteAddress():
                 self._stops.mute(act.presser, act.muted)
-            case messages.MuteVoices():
-                self._decisions.are_voices_muted = act.muted
-            case messages.Blank():
-                self._decisions.is_blanked = act.blanked
-            case messages.LimitSpeed():
-                self._decisions.max_fraction = act.fraction
             case messages.Announce():
                 ends_s = None if act.for_s is None else self._clock.now_s() + act.for_s
                 self._decisions.message = printable(act.text.strip(), _MAX_MESSAGE_CHARS)
@@ -91,12 +94,6 @@ class HostActs:
         match act:
             case messages.Remove():
                 self._remove(host, act)
-            case messages.Lock():
-                self._access.admission.is_locked = act.locked
-                self._check_all()
-            case messages.Close():
-                self._access.close(act.closed)
-                self._check_all()
             case messages.Invite():
                 self._invite(host, act)
             case messages.SignOutOthers():

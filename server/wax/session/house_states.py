@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from wax.house.commands import BLANKED, OFF, ON, OPEN, PAUSED
+from wax.house.commands import OFF, ON
 from wax.house.discovery import DRIVER, gauge_key
 from wax.house.house import UNKNOWN
+from wax.protocol.host_switches import SWITCHES
 from wax.protocol.robot_report import ROBOT_NUMBERS
 
 if TYPE_CHECKING:
@@ -32,10 +33,12 @@ def house_states(
         DRIVER: driver,
         "queue": str(sum(one.role == "queued" for one in room.viewers)),
         "viewers": str(len(room.viewers)),
-        OPEN: ON if is_open else OFF,
-        PAUSED: ON if room.host_settings.held else OFF,
-        BLANKED: ON if room.host_settings.blanked else OFF,
+        "open": ON if is_open else OFF,
     }
+    for switch in SWITCHES.values():
+        if switch.at_home and switch.told:
+            is_on = getattr(room.host_settings, switch.told)
+            states[switch.at_home.topic] = ON if is_on else OFF
     for name, number in ROBOT_NUMBERS.items():
         if number.sensor is not None:
             told = getattr(room.robot, name)

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import os
 import threading
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Final
 
 import structlog
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ValidationError
 
 from wax import state_dir
 from wax.errors import StateError, reason_of
 from wax.named_file import read_bytes
 from wax.protocol.events import StopRole
+from wax.protocol.host_switches import IN_DOUBT, HostSwitches
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -35,25 +36,17 @@ _FILE_BYTES: Final = 512
 """More than any state needs: a file of constant size can be overwritten on a full disk."""
 
 
-class KeptState(BaseModel):
-    """`stop` is the role that pressed the Stop in force, "host" once the host has pressed it, too.
-
-    `closed_until_s` is in seconds since 1970.
-    """
-
-    model_config = ConfigDict(frozen=True)
+class KeptState(HostSwitches):
+    """`stop` is the role that pressed the Stop in force, "host" once the host has, too."""
 
     stop: StopRole | None = None
-    is_held: bool = False
-    is_blanked: bool = False
-    are_voices_muted: bool = False
-    max_fraction: Annotated[float, Field(ge=0, le=1)] = 1.0
-    is_locked: bool = False
-    is_closed: bool = False
-    closed_until_s: float | None = None
+
+    @property
+    def switches(self) -> HostSwitches:
+        return HostSwitches(**self.model_dump(exclude={"stop"}))
 
 
-_DOUBT: Final = KeptState(stop="host", is_blanked=True, are_voices_muted=True)
+_DOUBT: Final = KeptState(stop="host", **dict(IN_DOUBT))
 """What an unreadable file stands for: nobody drives, sees, hears or speaks."""
 
 

@@ -12,6 +12,7 @@ from wax.control import reasons
 from wax.control.gate import LAPSE_S
 from wax.driver.interface import Aboard, KnowsItsView
 from wax.protocol import messages, robot_report
+from wax.protocol.host_switches import HostSettings
 from wax.records.shortened import shortened
 from wax.sentence import Sentence
 from wax.session import equipment
@@ -181,15 +182,12 @@ class PageMessages:
             takes_part=local.stick == "shares",
         )
 
-    def _host_settings(self, now_s: float) -> messages.HostSettings:
+    def _host_settings(self, now_s: float) -> HostSettings:
         message, ends_s = self._decisions.message_at(now_s)
-        return messages.HostSettings(
-            held=self._turns.is_held,
-            locked=self._access.admission.is_locked,
-            blanked=self._decisions.is_blanked,
+        return HostSettings(
             message=message,
             message_ends_server_ms=_ms(ends_s),
-            max_fraction=self._decisions.max_fraction,
+            **self._decisions.switches.told(),
         )
 
     def _call(self) -> messages.CallInfo | None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from wax.access.access import Access
+    from wax.access.host_decisions import HostDecisions
     from wax.clock import Clock
     from wax.cluster.cluster import Cluster
     from wax.config.settings import Settings
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from wax.records.records import Records
     from wax.rtc.network import Network
     from wax.session.headroom import Headroom
-    from wax.session.host_decisions import HostDecisions
     from wax.session.kept_state import KeptFile
     from wax.session.record_keeper import RecordKeeper
     from wax.session.tape_keeper import TapeKeeper

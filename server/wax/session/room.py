@@ -96,12 +96,7 @@ class Room:
                 self._stops.restore(before.stop)
 
     def _take_over(self, kept: KeptState) -> None:
-        self._decisions.is_blanked = kept.is_blanked
-        self._decisions.are_voices_muted = kept.are_voices_muted
-        self._decisions.max_fraction = kept.max_fraction
-        self._access.admission.is_locked = kept.is_locked
-        self._access.admission.is_closed = kept.is_closed
-        self._access.admission.closed_until_s = kept.closed_until_s
+        self._decisions.switches = kept.switches
         if kept.is_held:
             self._control.hold_queue(is_held=True)
 
@@ -114,19 +109,8 @@ class Room:
             self._save()
 
     def _save(self) -> None:
-        admission, decisions = self._access.admission, self._decisions
-        self._kept.save(
-            KeptState(
-                stop=self._stops.in_force,
-                is_held=self._turns.is_held,
-                is_blanked=decisions.is_blanked,
-                are_voices_muted=decisions.are_voices_muted,
-                max_fraction=decisions.max_fraction,
-                is_locked=admission.is_locked,
-                is_closed=admission.is_closed,
-                closed_until_s=admission.closed_until_s,
-            )
-        )
+        switches = dict(self._decisions.switches)
+        self._kept.save(KeptState(stop=self._stops.in_force, **switches))
 
     # --- admission -------------------------------------------------------------------------
 

@@ -15,9 +15,9 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from wax.access.host_decisions import HostDecisions
     from wax.config.sync import RoleSyncSettings
     from wax.control.turns import TurnEvent, Turns
-    from wax.session.host_decisions import HostDecisions
     from wax.session.viewer import Viewer
 
 _LOG = structlog.get_logger(__name__)
@@ -146,4 +146,4 @@ class Viewers(Listener):
         """Return how much of the robot's speed a viewer may use: the host's limit is for guests."""
         viewer = self._viewers.get(number)
         is_host = viewer is not None and viewer.visitor.is_host
-        return 1.0 if is_host else self._decisions.max_fraction
+        return 1.0 if is_host else self._decisions.switches.max_fraction

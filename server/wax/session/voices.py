@@ -14,10 +14,10 @@ from wax.session.roles import role_of
 from wax.voice.floor import Floor, VoiceVerdict
 
 if TYPE_CHECKING:
+    from wax.access.host_decisions import HostDecisions
     from wax.clock import Clock
     from wax.control.loop import ControlLoop
     from wax.control.turns import TurnEvent, Turns
-    from wax.session.host_decisions import HostDecisions
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
     from wax.telemetry import Counters
@@ -93,7 +93,7 @@ class Voices(Listener):
         """Return what everybody sees of the voices."""
         return messages.VoiceInfo(
             speaker=self._floor.holder(self._clock.now_s()),
-            muted=self._decisions.are_voices_muted,
+            muted=self._decisions.switches.are_voices_muted,
             problem=self._speaker.problem,
         )
 
@@ -168,7 +168,8 @@ class Voices(Listener):
 
     @property
     def _is_muted(self) -> bool:
-        return self._decisions.are_voices_muted or self._decisions.is_blanked
+        switches = self._decisions.switches
+        return switches.are_voices_muted or switches.is_blanked
 
     def _news(self, one: _Speaking, now_s: float) -> messages.Heard:
         match one.verdict:

@@ -13,7 +13,14 @@ from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
 from wax.field_docs import field_docs
-from wax.protocol import http_bodies, messages, robot_report, room_change, tape_events
+from wax.protocol import (
+    host_switches,
+    http_bodies,
+    messages,
+    robot_report,
+    room_change,
+    tape_events,
+)
 from wax.sentence import CATALOGUE
 
 if TYPE_CHECKING:
@@ -107,7 +114,7 @@ def _numbers() -> list[dict[str, Any]]:
 
 def _describe(definitions: dict[str, Any]) -> None:
     """Add the fields' docstrings as descriptions; the server itself need not read its source."""
-    for module in (http_bodies, messages, tape_events):
+    for module in (host_switches, http_bodies, messages, tape_events):
         for name, definition in definitions.items():
             texts = field_docs(getattr(module, name, object))
             for field, said in definition.get("properties", {}).items():

@@ -1,6 +1,7 @@
 """The host's decisions, in force until the host changes them.
 
-The message and the muted people are lost with the server; the rest is kept (`kept_state`).
+The message and the muted people are lost with the server; the switches are kept
+(`wax.session.kept_state`).
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
+from wax.protocol.host_switches import HostSwitches
 from wax.sentence import Sentence
 
 BLANKED: Final = Sentence("drive.blanked")
@@ -15,17 +17,13 @@ BLANKED: Final = Sentence("drive.blanked")
 
 @dataclass(slots=True)
 class HostDecisions:
-    """`max_fraction` of the robot's speed is what guests may use; `message` is shown to all until
-    `message_ends_s`, for good where that is None.
+    """`message` is shown to all until `message_ends_s`, for good where that is None.
 
-    While `is_blanked`, everybody sees a card instead of the picture and hears nothing, and the
-    robot stays stopped. The Stop of the `muted` identities, and of everybody at `muted_addresses`
-    but the operator, is ignored, and so is every voice while `are_voices_muted`.
+    The Stop of the `muted` identities, and of everybody at `muted_addresses` but the operator, is
+    ignored.
     """
 
-    max_fraction: float = 1.0
-    is_blanked: bool = False
-    are_voices_muted: bool = False
+    switches: HostSwitches = field(default_factory=HostSwitches)
     message: str = ""
     message_ends_s: float | None = None
     muted: set[str] = field(default_factory=set)
@@ -40,4 +38,4 @@ class HostDecisions:
     @property
     def on_hold(self) -> Sentence | None:
         """Why the host lets nobody drive; None if people may."""
-        return BLANKED if self.is_blanked else None
+        return BLANKED if self.switches.is_blanked else None
