@@ -36,7 +36,7 @@ NOT_ALL: Final = 3
 
 
 class ProofRunner:
-    """One proof at a time; `driver` is closed for it and opened again."""
+    """One proof at a time; the driver is closed for it and opened again."""
 
     def __init__(self, parts: Parts, config_path: Path | None) -> None:
         self._control = parts.control
