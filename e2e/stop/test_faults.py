@@ -84,14 +84,14 @@ async def test_each_fault_stops_each_robot(fault: Fault) -> None:
 
 
 def _trials(fault: Fault) -> int:
-    """Return one trial where two would run browsers and servers at once, which delays them."""
+    """Return how often to try; a fault whose trials would share the machine is tried once."""
     return TRIALS if fault.at_once == 1 else 1
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("key", ["stop-in-flood", "stop-in-flood: own"])
 async def test_stop_is_heard_in_a_flood(key: str) -> None:
-    """A shared machine can carry this flood; in a larger one the flooder's own Stop waits."""
+    """A Stop is in time in a flood of 3,000 messages a second, which a busy machine can carry."""
     weak = replace(BY_KEY[key], prop=partial(flooded, rate_hz=3000.0))
     assert_met(await measure(weak, 4, load=LIGHT))
 

@@ -86,7 +86,7 @@ def test_a_clock_that_runs_backwards_changes_nothing() -> None:
     )
 )
 def test_all_together_use_no_more_than_was_given(asks: list[tuple[int, float, float]]) -> None:
-    """In any sequence, the bursts, the rates times the time passed, and one step each suffice."""
+    """In any sequence, the sum stays below bursts + rates × time + one step for each payer."""
     budget = Budget(RATES)
     payers = [budget.payer("a" if number < 3 else "b") for number in range(6)]
     now_s = spent_s = 0.0

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from random import Random
 
 _CHANGES: Final = (0, 1, 1, 1, 1, 2, 2, 3, 6)
-"""Most inputs of a text format are refused at the first change of any kind."""
+"""How many changes an input gets: few, since most text formats are refused at the first one."""
 _FROM_NOTHING: Final = 0.03
 _LONGEST_PIECE: Final = 64
 _BYTES: Final = bytes((0, 1, 0x7F, 0x80, 0xFE, 0xFF)) + b" \t\r\n\"'[]{}\\,:;=-+.%*#09aZ"

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 def test_a_file_waits_for_the_links_of_its_browser(
     viewers: list[tuple[bool, float | None]], waits_s: float | None
 ) -> None:
-    """It waits for the thinnest of the links that are connected."""
+    """The slowest connected link decides how long the file waits."""
     own = [
         SimpleNamespace(
             peer=object() if has_peer else None,
@@ -124,7 +124,7 @@ async def test_a_newcomer_is_told_whether_the_robot_brakes_softly(soft: bool) ->
 async def test_a_newcomer_is_told_whether_clicks_may_move_the_robot(
     drive: dict[str, bool], may: bool
 ) -> None:
-    """Clicks may not unless the host has allowed it."""
+    """They may not unless the host has allowed it."""
     rig = Rig({"drive": drive})
     ada = await rig.enter("ada-1111")
     assert ada.last("hello")["click_to_move"] is may

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 _SHUTDOWN_S: Final = 0.5
 _MADE_S: Final = 0.0002
 _HANDSHAKE_S: Final = 0.0015
-"""What a connection costs before its first byte, and what TLS adds: nearly all of that is a
-signature, made in the middle of asyncio's own work."""
+"""Time charged for accepting a connection, and for its TLS handshake, which asyncio does out of our
+sight; nearly all of that is a signature."""
 
 
 class Entrance:

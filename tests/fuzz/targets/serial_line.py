@@ -1,7 +1,7 @@
 """The serial line: reports as the server reads them, and every frame as the board does.
 
-Anybody who writes on the line may also send a hello, so the board may move; but only by a drive or
-an axis that it accepted, and that our own decoder finds in the same bytes.
+Whoever can write on the line can also send a hello, so random bytes may move the board; but only a
+drive or axis frame may, which our own decoder finds in the same bytes, too.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ export function isStale({ facts }: Pick<State, "facts">): boolean {
   return (facts.value.pictureMs ?? 0) > STALE_MS;
 }
 
-/** Whether the large picture is live: the driving view's, or that of a camera beside it. */
+/** Whether the large picture is live, be it the driving view or another camera. */
 export function isLive(state: State): boolean {
   const { isConnected, isSilent, large, staleCameras } = state;
   if (!isConnected.value || isSilent.value) return false;
