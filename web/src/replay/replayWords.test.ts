@@ -1,4 +1,5 @@
 import { beforeAll, expect, it } from "vitest";
+import { DEFAULTS } from "../generated/defaults";
 import type { Commanded, Reported, Steered } from "../messages";
 import { loadSaid } from "../words/said";
 import { clockWords, commandWords, partWords, reportedWords, steeredWords } from "./replayWords";
@@ -34,12 +35,11 @@ it("describes the operator's command and what became of it", () => {
 
 it("describes the robot's report, and its absence", () => {
   const reported = {
+    ...DEFAULTS.Reported(),
     connected: true,
     problem: null,
     moving: null,
-    bumpers: 0,
-    battery_v: null,
-  } as unknown as Reported;
+  } as Reported;
   expect(reportedWords(reported)).toBe("nothing");
   expect(reportedWords({ ...reported, moving: true, battery_v: 11.04 })).toBe(
     "its wheels turn, 11.0 V",
