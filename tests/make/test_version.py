@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from e2e.measure.published import Published, everything
 from e2e.measure.runner import SUITES
-from e2e.measure.suite import digest
+from tests.measure.imagined_figures import imagined
 
 from wax import __version__
 
@@ -53,21 +53,17 @@ def disagreements(tag: str, project: str, told: str, published: list[Published])
     return found + [f"what {one.suite} measures has changed since" for one in changed]
 
 
-def _published(suite: str, **update: str) -> Published:
-    return Published(
-        suite=suite, version="1.2.3", commit="abc", date="2026-11-22", machine="a machine",
-        load=None, measures=[], measured=digest([]), columns=[], rows=[],
-    ).model_copy(update=update)  # fmt: skip
-
-
 def test_a_release_that_disagrees_is_told() -> None:
     """Version, changelog and each suite's figures are those of the tag."""
-    every = [_published(suite) for suite in SUITES]
+    every = [imagined(suite=suite) for suite in SUITES]
     assert disagreements("v1.2.3", "1.2.3", "1.2.3", every) == []
     (said,) = disagreements("v1.2.3", "1.2.2", "1.2.3", every)
     assert said == "the package says 1.2.2, the tag v1.2.3"
     assert len(disagreements("v1.2.3", "1.2.3", "1.2.2", every)) == 1
-    for wrong in (_published("stop", version="1.2.2"), _published("stop", measured="other")):
+    for wrong in (
+        imagined(suite="stop", version="1.2.2"),
+        imagined(suite="stop", measured="other"),
+    ):
         rest = [one for one in every if one.suite != "stop"]
         assert len(disagreements("v1.2.3", "1.2.3", "1.2.3", [*rest, wrong])) == 1
         assert disagreements("v1.2.3", "1.2.3", "1.2.3", rest) == ["stop is not published"]

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 import pytest
 from e2e.measure.errors import MeasureError
 from e2e.measure.headline import ROWS, rows
-from e2e.measure.published import FOLDER, Published, everything
+from e2e.measure.published import FOLDER, everything
 from e2e.measure.render import page, with_headline
 from e2e.measure.row import counted, judged, summarize, summed
 from e2e.measure.runner import SUITES
 from e2e.measure.suite import ROOT, digest
 from e2e.measure.table import to_markdown
+from tests.measure.imagined_figures import imagined
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from e2e.measure.row import Row
 
 PUBLISHED = everything()
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -78,8 +78,8 @@ def test_a_change_of_what_is_measured_is_found(tmp_path: Path) -> None:
 def test_a_table_says_missed_and_where_it_was_measured() -> None:
     """A missed goal is called missed, an unmeasured one not measured; the origin is there once."""
     lines = to_markdown(
-        _published(
-            [
+        imagined(
+            rows=[
                 judged("a", "slow", "ms", {"WAX": 30.0, "stock": 40.0}, 20.0, n=3),
                 judged("b", "unknown", "ms", {}, 20.0, n=0),
                 judged("c", "only told", "", {"WAX": 0.125}, n=1, column=""),
@@ -101,26 +101,11 @@ def test_what_was_served_meanwhile_is_said_of_its_rows_only() -> None:
     alone, crowd, bigger = (
         judged("a", "slow", "ms", {"WAX": 1.0}, n=3, load=load) for load in ("", "five", "nine")
     )
-    assert "served" not in to_markdown(_published([alone]))
-    assert "The server meanwhile served five." in to_markdown(_published([crowd, crowd]))
-    mixed = " ".join(to_markdown(_published([alone, crowd, crowd, bigger])).split())
+    assert "served" not in to_markdown(imagined(rows=[alone]))
+    assert "The server meanwhile served five." in to_markdown(imagined(rows=[crowd, crowd]))
+    mixed = " ".join(to_markdown(imagined(rows=[alone, crowd, crowd, bigger])).split())
     said = "The server meanwhile served five (2 of the 4 rows) or nine (1 of the 4 rows)."
     assert said in mixed
-
-
-def _published(rows: list[Row], *, date: str = "2026-11-22") -> Published:
-    return Published(
-        suite="x",
-        version="1.2.3",
-        commit="abc",
-        date=date,
-        machine="a machine",
-        load=0.5,
-        measures=[],
-        measured="0",
-        columns=["WAX", "stock"],
-        rows=rows,
-    )
 
 
 def test_the_readme_shows_the_newest_of_each_row() -> None:
@@ -128,8 +113,10 @@ def test_the_readme_shows_the_newest_of_each_row() -> None:
 
     If two suites have published one key, the later figure counts.
     """
-    found = [_published([judged(key, key, "ms", {"WAX": 1.0}, n=1) for key in ROWS])]
-    found.append(_published([judged(ROWS[0], "newer", "ms", {"WAX": 2.0}, n=1)], date="2026-12-01"))
+    found = [imagined(rows=[judged(key, key, "ms", {"WAX": 1.0}, n=1) for key in ROWS])]
+    found.append(
+        imagined(rows=[judged(ROWS[0], "newer", "ms", {"WAX": 2.0}, n=1)], date="2026-12-01")
+    )
     text = "a\n<!-- figures: headline -->\nold\n<!-- /figures -->\nb\n"
     lines = with_headline(text, found).splitlines()
     assert (lines[0], lines[-1], "old" in lines) == ("a", "b", False)

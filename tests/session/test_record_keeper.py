@@ -6,18 +6,16 @@ import asyncio
 import sqlite3
 from contextlib import closing
 from functools import partial
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 import structlog
 from tests.heard_events import Heard
+from tests.session.served_viewer import served_viewer
 from tests.turned_clock import TurnedClock
-from tests.visitors import visitor
 
 from wax.control.reasons import NOT_HELD, Hold, Limit, Refusal, stopped_by
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
-from wax.error_boundary import ErrorBoundary
 from wax.fanout.batches import PORTION
 from wax.records.file import open_for_reading
 from wax.records.records import Records
@@ -25,7 +23,6 @@ from wax.records.writer import RecordWriter
 from wax.sentence import Sentence, says
 from wax.session.record_keeper import DriveStatus, RecordKeeper, refused, why_stopped
 from wax.streams.interface import StreamState
-from wax.telemetry import Counters
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,32 +30,12 @@ if TYPE_CHECKING:
     from wax.records.entries import RecordedPerson
     from wax.session.viewer import Viewer
 
-LOSSY: Final = StreamState({}, cast("Any", SimpleNamespace(rendition="640x480")), lost=0.01)
-
 
 class BrokenStreams:
     """Streams of a viewer whose status cannot be had."""
 
     def status(self) -> StreamState:
         raise RuntimeError("bug")
-
-
-def viewer(number: int, name: str, *, streams: object = None, ready: bool = True) -> Viewer:
-    report = SimpleNamespace(
-        sound=SimpleNamespace(age_ms=120.0), picture=SimpleNamespace(age_ms=90.0)
-    )
-    made = SimpleNamespace(
-        number=number,
-        visitor=visitor(f"{name}-11111111", address="192.0.2.7", is_host=name == "Hedy"),
-        name=name,
-        is_ready=ready,
-        was_ready=ready,
-        link=SimpleNamespace(newest_s=0.04),
-        report=report,
-        streams=streams or SimpleNamespace(status=lambda: LOSSY),
-        boundary=ErrorBoundary(viewer=number, counters=Counters(), end=lambda: None),
-    )
-    return cast("Viewer", made)
 
 
 class Rig:
@@ -98,8 +75,8 @@ def rig(tmp_path: Path) -> Rig:
 
 def test_a_visit_has_its_link(rig: Rig) -> None:
     """Its record has medians and worst values of all polls, and the newest name."""
-    ada = viewer(1, "Guest 1")
-    rig.viewers += [ada, viewer(2, "not connected", ready=False)]
+    ada = served_viewer(1, "Guest 1")
+    rig.viewers += [ada, served_viewer(2, "not connected", ready=False)]
     rig.keeper.poll()
     ada.name = "Ada"
     ada.link.newest_s = 0.2
@@ -117,7 +94,7 @@ def test_a_visit_has_its_link(rig: Rig) -> None:
 
 def test_the_host_is_recorded_as_host(rig: Rig) -> None:
     """The role decides, not the name."""
-    rig.viewers += [viewer(1, "Hedy"), viewer(2, "Ada")]
+    rig.viewers += [served_viewer(1, "Hedy"), served_viewer(2, "Ada")]
     rig.keeper.poll()
     assert {row["name"]: row["role"] for row in rig.written("sessions")} == {
         "Hedy": "host",
@@ -127,7 +104,7 @@ def test_the_host_is_recorded_as_host(rig: Rig) -> None:
 
 def test_a_broken_viewer_costs_only_their_figures(rig: Rig) -> None:
     """Everybody else's visit is recorded, theirs without a link."""
-    rig.viewers += [viewer(1, "Eve", streams=BrokenStreams()), viewer(2, "Ada")]
+    rig.viewers += [served_viewer(1, "Eve", streams=BrokenStreams()), served_viewer(2, "Ada")]
     rig.keeper.poll()
     rows = {row["name"]: row["rendition"] for row in rig.written("sessions")}
     assert rows == {"Eve": None, "Ada": "640x480"}
@@ -152,7 +129,7 @@ async def test_polling_a_crowd_leaves_room_for_timers(
         return StreamState({})
 
     for number in range(20):
-        rig.viewers.append(viewer(number, f"Guest {number}"))
+        rig.viewers.append(served_viewer(number, f"Guest {number}"))
         rig.viewers[-1].streams.status = partial(noted, number)  # type: ignore[method-assign]
     rig.keeper.poll()
     for _ in range(20):
@@ -171,7 +148,7 @@ async def test_a_visit_that_has_ended_stays_so(rig: Rig, monkeypatch: pytest.Mon
         is_over[number] = how["is_over"]
 
     monkeypatch.setattr(rig.records, "session_seen", seen)
-    rig.viewers += [viewer(number, f"Guest {number}") for number in range(2 * PORTION)]
+    rig.viewers += [served_viewer(number, f"Guest {number}") for number in range(2 * PORTION)]
     rig.keeper.poll()
     await asyncio.sleep(0)
     rig.clock.time_s += 60.0
@@ -185,7 +162,7 @@ async def test_a_visit_that_has_ended_stays_so(rig: Rig, monkeypatch: pytest.Mon
 
 def test_turns_say_why_they_ended(rig: Rig) -> None:
     """The turn of a server that stops ends with it; a renewed one is one turn."""
-    rig.viewers += [viewer(1, "Ada"), viewer(2, "Bob")]
+    rig.viewers += [served_viewer(1, "Ada"), served_viewer(2, "Bob")]
     rig.keeper.turn_events((TurnStarted(1, 1, 60.0), TurnRenewed(1, 1, 120.0)))
     rig.keeper.turn_events((TurnEnded(1, 1, Why.LEFT), TurnStarted(2, 2, 180.0)))
     rows = [(row["number"], row["name"], row["why"]) for row in rig.written("turns")]
@@ -200,7 +177,7 @@ def test_turns_say_why_they_ended(rig: Rig) -> None:
 
 def test_stops_have_who_and_until_when(rig: Rig) -> None:
     """A second press of the same Stop is no second row; somebody without a page is named."""
-    ada = viewer(1, "Ada")
+    ada = served_viewer(1, "Ada")
     rig.keeper.stop_pressed(ada, "Ada", 1, "operator")
     rig.keeper.stop_pressed(None, "somebody", 2, "observer")
     rig.keeper.stop_released(None, "Hedy", 1, "host")
@@ -236,7 +213,7 @@ def test_what_stops_a_moving_robot_is_recorded(
     rig: Rig, reason: Sentence | None, told: str | None
 ) -> None:
     """A stop is recorded once, with the operator; one that the operator wanted is none."""
-    rig.viewers.append(viewer(1, "Ada"))
+    rig.viewers.append(served_viewer(1, "Ada"))
     rig.keeper.drive_status(1, False, Hold.TURN_STARTED.value, 1.0)
     rig.keeper.drive_status(1, True, None, 1.0)
     rig.keeper.drive_status(1, True, reason, 1.0)
@@ -249,7 +226,7 @@ def test_what_stops_a_moving_robot_is_recorded(
 
 def test_a_pressed_stop_is_recorded_once(rig: Rig) -> None:
     """The reason that the gate gives while it lasts is not another stop."""
-    rig.viewers.append(viewer(1, "Ada"))
+    rig.viewers.append(served_viewer(1, "Ada"))
     rig.keeper.drive_status(1, True, None, 1.0)
     rig.keeper.stop_pressed(None, "somebody", 1, "observer")
     rig.keeper.drive_status(1, False, stopped_by(says("somebody")), 1.0)
@@ -258,7 +235,7 @@ def test_a_pressed_stop_is_recorded_once(rig: Rig) -> None:
 
 def test_a_bad_link_does_not_fill_the_file(rig: Rig) -> None:
     """Many interruptions a second are all counted, but only one a second is a row."""
-    rig.viewers.append(viewer(1, "Ada"))
+    rig.viewers.append(served_viewer(1, "Ada"))
     for _ in range(30):
         rig.keeper.drive_status(1, True, None, 1.0)
         rig.keeper.drive_status(1, False, Refusal.TOO_OLD.value, 1.0)
@@ -326,7 +303,7 @@ def test_events_that_fail_cost_no_record(rig: Rig, monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(rig.keeper.event_maker, "_send", fail)
     monkeypatch.setattr(rig.keeper.event_maker, "_seen", fail)
-    rig.viewers.append(viewer(1, "Ada"))
+    rig.viewers.append(served_viewer(1, "Ada"))
     with structlog.testing.capture_logs() as logs:
         rig.keeper.poll()
         rig.keeper.turn_events((TurnStarted(1, 1, 60.0), TurnEnded(1, 1, Why.LEFT)))
@@ -365,7 +342,7 @@ def _turn(rig: Rig, number: int, *, lasts_s: float = 0.0, drives: bool = False) 
 
 def test_a_flood_of_empty_turns_is_a_number(rig: Rig) -> None:
     """Of hundreds, a few are recorded and reported, and the rest is counted; a Stop always is."""
-    rig.viewers += [viewer(1, "Eve")]
+    rig.viewers += [served_viewer(1, "Eve")]
     for number in range(1, 901):
         _turn(rig, number)
         rig.clock.time_s += 0.01
@@ -383,7 +360,7 @@ def test_a_turn_that_is_driven_or_lasts_is_reported_in_a_flood(
     rig: Rig, lasts_s: float, *, drives: bool
 ) -> None:
     """It has its number and its end, since it is not an empty one."""
-    rig.viewers += [viewer(1, "Eve")]
+    rig.viewers += [served_viewer(1, "Eve")]
     for number in range(1, 31):
         _turn(rig, number)
     rig.heard.take()

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 import structlog
 from tests.heard_events import Heard
+from tests.session.served_viewer import served_viewer
 from tests.turned_clock import TurnedClock
-from tests.visitors import visitor
 
 from wax.config.recording import RecordingSettings
 from wax.control.command import Command
@@ -18,10 +18,8 @@ from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal, s
 from wax.control.stop_latch import LatchedStop
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
 from wax.driver.interface import STANDSTILL, Pose, RobotState, Twist
-from wax.error_boundary import ErrorBoundary
 from wax.sentence import Sentence, says
 from wax.session.tape_keeper import KEPT_S, TapeKeeper
-from wax.telemetry import Counters
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -86,26 +84,6 @@ class Rig:
 @pytest.fixture
 def rig() -> Rig:
     return Rig()
-
-
-def viewer(number: int, name: str) -> Viewer:
-    report = SimpleNamespace(
-        sound=SimpleNamespace(age_ms=120.0, delay_ms=40.0),
-        picture=SimpleNamespace(age_ms=90.0, delay_ms=None),
-    )
-    figures = dict.fromkeys(("picture_hz", "sound_mu_ms", "link_bps", "queue_ms"))
-    served = SimpleNamespace(rendition="640x480", reason="All is sent.", **figures)
-    made = SimpleNamespace(
-        number=number,
-        visitor=visitor(f"{name}-11111111", address="192.0.2.7"),
-        name=name,
-        is_ready=True,
-        link=SimpleNamespace(one_way_s=0.02),
-        report=report,
-        streams=SimpleNamespace(status=lambda: SimpleNamespace(served=served)),
-        boundary=ErrorBoundary(viewer=number, counters=Counters(), end=lambda: None),
-    )
-    return cast("Viewer", made)
 
 
 def command(sent_s: float, **more: Any) -> Command:
@@ -190,7 +168,7 @@ def test_everybody_is_told_what_is_recorded(
 
 def test_no_name_is_on_the_tape_unless_configured(rig: Rig) -> None:
     """Not even in the sentence of a Stop; and no address is ever written."""
-    rig.viewers.append(viewer(2, "Ada"))
+    rig.viewers.append(served_viewer(2, "Ada"))
     rig.latched = LatchedStop(1, says("Ada"), 2)
     rig.steer(Setpoint(reason=stopped_by(says("Ada"))))
     rig.keeper.poll()
@@ -203,7 +181,7 @@ def test_no_name_is_on_the_tape_unless_configured(rig: Rig) -> None:
 def test_names_that_are_configured_are_written_once() -> None:
     """A new name is written again; each is repeated in later parts."""
     rig = Rig(names=True)
-    rig.viewers.append(viewer(2, "Ada"))
+    rig.viewers.append(served_viewer(2, "Ada"))
     for name in ("Ada", "Ada", "Countess"):
         rig.viewers[0].name = name
         rig.keeper.poll()
@@ -215,7 +193,7 @@ def test_names_that_are_configured_are_written_once() -> None:
 def test_viewers_who_have_left_are_named_no_more() -> None:
     """Otherwise each part would begin with the names of everybody who ever came."""
     rig = Rig(names=True)
-    rig.viewers += [viewer(2, "Ada"), viewer(3, "Eve")]
+    rig.viewers += [served_viewer(2, "Ada"), served_viewer(3, "Eve")]
     rig.keeper.poll()
     del rig.viewers[0]
     rig.keeper.poll()
@@ -297,7 +275,7 @@ def test_everybody_is_told_whether_it_runs(rig: Rig) -> None:
 
 def test_how_viewers_are_served_is_written(rig: Rig) -> None:
     """The tape has the ages that their pages reported, and what was sent to them and why."""
-    rig.viewers.append(viewer(2, "Ada"))
+    rig.viewers.append(served_viewer(2, "Ada"))
     rig.keeper.turn_events((TurnStarted(3, 2, 160.0),))
     rig.keeper.poll()
     (watched,) = rig.writing.of("watched")
