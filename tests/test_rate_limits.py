@@ -63,6 +63,12 @@ def test_no_minute_has_more(gaps_s: list[float], each: int) -> None:
             taken_s.append(now_s)
 
 
+def test_a_minute_is_over_after_sixty_seconds() -> None:
+    """What was taken exactly 60 s ago no longer counts."""
+    limits = MinuteLimits(each=1, most=4)
+    assert [limits.take("a", now_s) for now_s in (1.0, 60.9, 61.0)] == [True, False, True]
+
+
 def test_the_least_recent_is_forgotten() -> None:
     """However many keys come, few are kept; the most recent one is among them."""
     limits = MinuteLimits(each=1, most=3)
@@ -77,9 +83,12 @@ def test_the_last_request_wins() -> None:
     names: LastWins[int] = LastWins(
         lambda number: done.append((now_s, number)), TokenBucket(rate_hz=0.5, burst=1)
     )
+    names.run_waiting(now_s)
+    assert (done, names.is_waiting) == ([], False)
     for step in range(100):
         now_s = step / 20
         names.submit(step, now_s)
+    assert names.is_waiting
     for step in range(100, 300):
         now_s = step / 20
         names.run_waiting(now_s)
