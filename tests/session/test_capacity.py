@@ -272,7 +272,10 @@ def test_a_crowd_of_embeds_leaves_the_answers_to_guests() -> None:
 
 @pytest.mark.parametrize(
     ("most", "sources", "rate_hz", "known_s"),
-    [(100, 20, 50, 0.0), (10, 20, 50, 6.0), (100, 50, 200, 6.0), (100, 64, 50, 6.0)],
+    [
+        *((100, 20, 50, 0.0), (10, 20, 50, 6.0), (100, 50, 200, 6.0), (100, 64, 50, 6.0)),
+        *((100, 250, 50, 6.0), (100, 600, 100, 6.0)),
+    ],
 )
 def test_abandoned_offers_keep_no_newcomer_out(
     most: int, sources: int, rate_hz: int, known_s: float

@@ -1,8 +1,9 @@
 """Who is here, from a visitor's offer to the messages for all pages. No sockets, no aiortc.
 
-- Admission: `entry` asks `wax.access` who somebody is, `capacity` whether they may connect,
-  and `wax.streams` whether there is upload for them; `viewers` lists who is here, and each
-  second `presence` sends away viewers who may no longer stay, and notices who is lost.
+- Admission: `entry` asks `wax.access` who somebody is, `capacity` whether they may connect
+  (`newcomers`: who is next), and `wax.streams` whether there is upload for them; `viewers` lists
+  who is here, and each second `presence` sends away viewers who may no longer stay, and notices
+  who is lost.
 - Acts: `viewer` (one page's), `host_acts`, `stop_budget`, `voices`, `proof_runner`.
 - To pages: `page_messages` says what, `room_updates` when; `equipment`, `diagnosis`, `names`.
 - To others: `record_keeper` writes the records and feeds `event_maker`, which adds the events of

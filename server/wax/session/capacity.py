@@ -5,8 +5,9 @@ takes a silent place, until its viewer connects or for ten seconds, whatever bec
 When all silent places are taken, a newcomer takes over the oldest one; when those of their address
 are, the oldest of that address. So one address costs no more than two answers in three seconds, and
 an honest newcomer gets in by then. An address that abandoned an answered offer ranks behind all
-others for a minute; such addresses share a quarter of the silent places and of the answers. The
-host always gets in, and a returning operator comes first.
+others for a minute; such addresses share a quarter of the silent places and of the answers. Among
+all others, `Newcomers` decides who is next. The host always gets in, and a returning operator comes
+first.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from wax.bounded_dict import BoundedDict
 from wax.errors import FullError, NoPlaceError, TooOftenError
 from wax.rate_limits import TokenBucket
 from wax.sentence import Sentence
+from wax.session.newcomers import Newcomers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -86,6 +88,7 @@ class Capacity:
         self._embed_answers = TokenBucket(_ANSWERS_HZ / _EMBEDS, _ANSWERS_BURST // _EMBEDS)
         self._behind_answers = TokenBucket(_ANSWERS_HZ / _BEHIND, _ANSWERS_BURST // _BEHIND)
         self._behind_since_s = BoundedDict[str, float](_MOST_BEHIND)
+        self._newcomers = Newcomers()
         self._silent: deque[_Silent] = deque()
 
     def check(self, asking: Asking, now_s: float, embeds: int = 0) -> None:
@@ -132,6 +135,7 @@ class Capacity:
         for one in self._silent:
             if one.number == number:
                 self._behind_since_s.pop(one.address, None)
+                self._newcomers.forget(one.address)
         self._silent = deque(one for one in self._silent if one.number != number)
 
     def _room_for(self, asking: Asking, present: list[Asking]) -> bool:
@@ -153,25 +157,34 @@ class Capacity:
         return is_full
 
     def _make_silent_place(self, address: str, now_s: float) -> int | None:
-        """Return the viewer whose silent place a newcomer takes over, None if one is free."""
+        """Return the number of whoever loses their silent place by that."""
         self._expire(now_s)
         own = self._longest_of(address)
         if own is not None:
             self._behind_since_s[address] = now_s
-        is_behind = self._is_behind(address, now_s)
-        longest = own or self._to_evict(now_s, is_behind=is_behind)
-        yields_s = YIELDS_S
-        if longest is not None and not is_behind and self._is_behind(longest.address, now_s):
-            yields_s = _YIELDS_SOON_S
-        is_kept = longest is not None and now_s - longest.since_s < yields_s
-        answers = self._behind_answers if is_behind else self._answers
-        if is_kept or not answers.take(now_s):
+        if not self._has_turn(address, now_s, own):
             raise FullError(Sentence("door.crowded"))
+        longest = own or self._to_evict(now_s, is_behind=self._is_behind(address, now_s))
         if longest is None:
             return None
         self._silent.remove(longest)
         self._behind_since_s[longest.address] = now_s
         return longest.number
+
+    def _has_turn(self, address: str, now_s: float, own: _Silent | None) -> bool:
+        """Take an answer if there is one for this address, and a silent place."""
+        if self._is_behind(address, now_s):
+            longest = own or self._to_evict(now_s, is_behind=True)
+            is_kept = longest is not None and now_s - longest.since_s < YIELDS_S
+            return not is_kept and self._behind_answers.take(now_s)
+        free = self._most_silent - len(self._silent)
+        yielding = sum(
+            now_s - one.since_s
+            >= (_YIELDS_SOON_S if self._is_behind(one.address, now_s) else YIELDS_S)
+            for one in self._silent
+        )
+        answers = min(self._answers.level(now_s), free + yielding)
+        return self._newcomers.has_turn(address, answers, now_s) and self._answers.take(now_s)
 
     def _to_evict(self, now_s: float, *, is_behind: bool) -> _Silent | None:
         """Return the silent place that a newcomer must take over, None if one is free."""

@@ -1,0 +1,88 @@
+"""Whose offer is answered next: whoever comes after a flood is not behind it."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.examples import examples
+
+from wax.rate_limits import TokenBucket
+from wax.session.newcomers import Newcomers
+
+
+@examples(20)
+@given(
+    addresses=st.integers(1, 600),
+    rate_hz=st.integers(40, 200),
+    later_s=st.floats(0.5, 5.0),
+    again_s=st.floats(1.0, 1.2),
+)
+def test_a_newcomer_gets_an_answer_whatever_others_do(
+    addresses: int, rate_hz: int, later_s: float, again_s: float
+) -> None:
+    """Whoever asks again as told gets one within three seconds, once the others have asked."""
+    newcomers, answers = Newcomers(), TokenBucket(8.0, 8)
+
+    def asks(address: str, now_s: float) -> bool:
+        has_turn = newcomers.has_turn(address, answers.level(now_s), now_s)
+        return has_turn and answers.take(now_s)
+
+    came_s = addresses / rate_hz + later_s
+    next_s = came_s
+    for step in range(int((came_s + 4.0) * rate_hz)):
+        now_s = step / rate_hz
+        asks(f"10.{step % addresses // 250}.{step % addresses % 250}.1", now_s)
+        if now_s >= next_s:
+            if asks("192.0.2.1", now_s):
+                assert now_s - came_s <= 3.0
+                return
+            next_s += again_s
+    raise AssertionError("it was not answered")
+
+
+def test_whoever_waits_longest_and_whoever_came_last_take_turns() -> None:
+    """Whoever has waited and whoever is new get every other answer, and the others none."""
+    newcomers = Newcomers()
+    for number, address in enumerate(("1.0.0.1", "2.0.0.1", "3.0.0.1", "4.0.0.1")):
+        assert not newcomers.has_turn(address, 0, number / 10)
+    assert not newcomers.has_turn("2.0.0.1", 1, 0.5)
+    assert newcomers.has_turn("1.0.0.1", 1, 0.5)
+    assert not newcomers.has_turn("2.0.0.1", 1, 0.6)
+    assert newcomers.has_turn("4.0.0.1", 1, 0.6)
+    assert newcomers.has_turn("2.0.0.1", 1, 0.7)
+
+
+def test_a_network_takes_turns_with_others() -> None:
+    """However many addresses one sender has, somebody of another network is next but one."""
+    newcomers = Newcomers()
+    for number in range(100):
+        assert not newcomers.has_turn(f"2001:db8:1:{number:x}::/64", 0, 0.0)
+    assert not newcomers.has_turn("2001:db8:2::/64", 1, 0.1)
+    assert newcomers.has_turn("2001:db8:2::/64", 2, 0.2)
+
+
+def test_an_unused_answer_is_for_others() -> None:
+    """Those who do not come for theirs keep nobody waiting for long."""
+    newcomers = Newcomers()
+    for number in range(100):
+        assert not newcomers.has_turn(f"10.0.{number}.1", 0, 0.0)
+    assert not newcomers.has_turn("192.0.2.1", 1, 0.1)
+    assert newcomers.has_turn("192.0.2.1", 1, 1.6)
+
+
+def test_many_unused_answers_are_for_both() -> None:
+    """Those whose turn it is did not come for them, so whoever came last gets one, too."""
+    newcomers = Newcomers()
+    for number in range(100):
+        assert not newcomers.has_turn(f"10.0.{number}.1", 0, 0.0)
+    assert not newcomers.has_turn("192.0.2.1", 4, 0.1)
+    assert newcomers.has_turn("192.0.2.1", 8, 0.2)
+
+
+def test_whoever_was_let_in_comes_back_as_new() -> None:
+    """A browser at an address from which somebody joined before is as new as others."""
+    newcomers = Newcomers()
+    assert newcomers.has_turn("192.0.2.1", 1, 0.0)
+    assert not newcomers.has_turn("10.0.0.1", 0, 1.0)
+    newcomers.forget("192.0.2.1")
+    assert newcomers.has_turn("192.0.2.1", 1, 1.1)
