@@ -9,6 +9,7 @@ import pytest
 from tests.until import until
 
 from wax.clock import SystemClock
+from wax.robot.line import kept_line
 from wax.robot.line.kept_line import KeptLine, RobotLine
 from wax.sentence import Sentence
 
@@ -25,6 +26,7 @@ class Recorded(RobotLine):
         self.calls: list[str] = []
         self.failing = ""
         self.leaves_s = 0.0
+        self.pause_s = 0.01
         self.gate = threading.Event()
         self.gate.set()
 
@@ -45,7 +47,7 @@ class Recorded(RobotLine):
 
     def step(self, now_s: float) -> float:
         self.call("step")
-        return now_s + 0.01
+        return now_s + self.pause_s
 
     def hear(self) -> bool:
         threading.Event().wait(0.002)
@@ -137,3 +139,20 @@ def test_a_second_thread_waits_for_the_one_that_hangs(line: Recorded, kept: Kept
     line.gate.set()
     until(lambda: line.calls.count("step") > 1)
     assert line.calls.index("end") < line.calls.index("start", 1)
+
+
+def test_what_the_reader_lost_before_the_first_step_is_told_at_once(
+    line: Recorded, kept: KeptLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A peer that accepts and closes is noticed, though no set-point is due for long."""
+    monkeypatch.setattr(kept_line, "LONGEST_PAUSE_S", 60.0)
+    clear = kept._news.clear
+
+    def clear_late() -> None:
+        until(lambda: kept._error)
+        clear()
+
+    monkeypatch.setattr(kept._news, "clear", clear_late)
+    line.failing, line.pause_s = "hear", 60.0
+    kept.open()
+    until(lambda: "lost hear True" in line.calls)

@@ -173,6 +173,8 @@ class KeptLine:
         ends_s = math.inf
         while True:
             self._news.clear()
+            if self._error is not None and ends_s == math.inf:
+                raise self._error
             now_s = self._clock.now_s()
             if closing.is_set() and ends_s == math.inf:
                 ends_s = now_s + self._line.leave(now_s)
@@ -180,8 +182,6 @@ class KeptLine:
                 return
             due_s = min(self._line.step(now_s), ends_s)
             self._news.wait(min(max(0.0, due_s - self._clock.now_s()), LONGEST_PAUSE_S))
-            if self._error is not None and ends_s == math.inf:
-                raise self._error
 
     def _read(self, ended: threading.Event) -> None:
         try:
