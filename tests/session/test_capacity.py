@@ -138,6 +138,28 @@ def test_a_guest_gets_in_while_all_are_silent() -> None:
     assert room.yielded == [1]
 
 
+def test_a_page_that_has_just_come_keeps_its_place() -> None:
+    """Where older ones yield, no address that failed before loses the place it just got."""
+    room = Room(silent=1)
+    room.ask("school", 0.0)
+    _fill(room, MOST_SILENT - 1, 0.125)
+    full_s = MOST_SILENT / 8
+    young = room.ask("school", full_s)
+    room.join("guest", full_s + 0.5)
+    assert young not in room.yielded
+
+
+def test_an_embed_that_must_wait_uses_up_nothing() -> None:
+    """However often frames ask in vain, the next one whose turn it is gets in."""
+    room = Room()
+    for number in range(8):
+        room.ask(f"{number}", 0.0)
+    for _ in range(10):
+        with pytest.raises(FullError, match="in a moment"):
+            room.ask("frame", 0.0, is_embed=True)
+    room.join("frame", 0.25, is_embed=True)
+
+
 def test_answers_are_spread() -> None:
     """However many offers come at once: the event loop has other things to do."""
     room = Room()

@@ -40,6 +40,28 @@ def test_a_newcomer_gets_an_answer_whatever_others_do(
     raise AssertionError("it was not answered")
 
 
+def test_a_page_on_a_slow_link_keeps_its_rank() -> None:
+    """Whoever asks again after three seconds has waited longer than all who came since."""
+    newcomers = Newcomers()
+    for step in range(300):
+        if step % 30 == 0:
+            assert not newcomers.has_turn("192.0.2.1", 0, step / 10)
+        assert not newcomers.has_turn(f"10.{step // 250}.{step % 250}.1", 0, step / 10)
+    assert newcomers.has_turn("192.0.2.1", 1, 30.0)
+
+
+def test_whoever_gave_up_is_new_after_a_minute() -> None:
+    """An address that asked once, long ago, gets the answers that are for whoever came last."""
+    newcomers = Newcomers()
+    assert not newcomers.has_turn("192.0.2.1", 0, 0.0)
+    for step in range(1, 62):
+        assert not newcomers.has_turn("10.0.1.1", 0, float(step))
+        assert not newcomers.has_turn("10.0.2.1", 0, float(step))
+    assert not newcomers.has_turn("192.0.2.1", 1, 61.5)
+    assert newcomers.has_turn("10.0.1.1", 1, 61.5)
+    assert newcomers.has_turn("192.0.2.1", 1, 61.6)
+
+
 def test_whoever_waits_longest_and_whoever_came_last_take_turns() -> None:
     """Whoever has waited and whoever is new get every other answer, and the others none."""
     newcomers = Newcomers()

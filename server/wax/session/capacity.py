@@ -123,9 +123,11 @@ class Capacity:
         is_full = self._room_for(asking, everybody)
         if asking.is_host:
             return Displaced(an_embed=is_full)
-        if asking.is_embed and not self._embed_answers.take(now_s):
+        if asking.is_embed and self._embed_answers.level(now_s) < 1:
             raise FullError(Sentence("door.crowded"))
         silent = self._make_silent_place(asking.address, now_s)
+        if asking.is_embed:
+            self._embed_answers.take(now_s)
         # A second offer of the same viewer holds a second place.
         self._silent.append(_Silent(number, asking.address, now_s))
         return Displaced(silent, is_full)
@@ -193,6 +195,8 @@ class Capacity:
             return behind[0]
         if len(self._silent) < self._most_silent:
             return None
+        if not is_behind:
+            behind = [one for one in behind if now_s - one.since_s >= _YIELDS_SOON_S]
         return behind[0] if behind else self._silent[0]
 
     def _is_behind(self, address: str, now_s: float) -> bool:

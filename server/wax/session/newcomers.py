@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _WAITS_S: Final = 1.5
-"""Whoever waits asks again within this: a page does after 1.2 s and a round trip at the latest."""
+"""How long an address goes before others after it has asked; most pages ask again within this."""
+_KEEPS_S: Final = 4.0
+"""Whoever asks again within this has waited since before: a page does after 1.2 s, two round trips
+and 2 s for its candidates."""
+_NEW_AGAIN_S: Final = 60.0
 _SPARE: Final = 4
 """Unused answers beyond these are for both: some whose turn it is do not come for theirs."""
 _MOST: Final = 4096
@@ -47,8 +51,10 @@ class Newcomers:
 
     def has_turn(self, address: str, answers: float, now_s: float) -> bool:
         """Whether an address that asks now gets one of so many answers; if so, it took one."""
-        own = self._asked.get(address) or _Newcomer(_network(address), now_s, now_s, now_s)
-        if not own.waits or now_s - own.asked_s > _WAITS_S:
+        own = self._asked.get(address)
+        if own is None or now_s - own.asked_s > _NEW_AGAIN_S:
+            own = _Newcomer(_network(address), now_s, now_s, now_s)
+        elif not own.waits or now_s - own.asked_s > _KEEPS_S:
             own.since_s = now_s
         own.asked_s, own.waits = now_s, True
         self._asked[address] = own
@@ -72,6 +78,8 @@ class Newcomers:
 
     def _is_among(self, first: int, own: _Newcomer, precedes: Callable[[_Newcomer], bool]) -> bool:
         """Whether `own` is among the `first` who wait; networks take turns in each round."""
+        if first < 1:
+            return False
         waiting, before = Counter[str](), Counter[str]()
         for one in reversed(self._asked.values()):  # those who asked last
             if own.asked_s - one.asked_s > _WAITS_S:
