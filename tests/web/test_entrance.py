@@ -429,19 +429,31 @@ async def test_a_lost_connection_leaves_nothing(
             gc.enable()
 
 
-async def test_a_lost_connection_waits_for_no_turn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a flood its turn would come late, and its request holds memory until then."""
+@pytest.mark.parametrize("is_whole", [False, True])
+async def test_a_request_that_was_cut_off_waits_for_no_turn(
+    is_whole: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Waiting would only keep its memory; a whole one costs as much as one that is answered."""
     async with open_entrance() as entrance:
         _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
-        writer.write(POST.replace(b"/ ", b"/slow ", 1) + b"y" * 20)
+        writer.write(POST.replace(b"/ ", b"/slow ", 1) + b"y" * (19 + is_whole))
         pace = entrance._runner.app[PACE]
-        await pace.thinks.wait()
+        if is_whole:
+            await pace.thinks.wait()
+        else:
+            await _until_open(entrance, 1)
+            lost = await _only_one(entrance)
+            await async_until(lambda: lost._current_request is not None)
         monkeypatch.setattr(Turnstile, "is_open", False)
         monkeypatch.setattr(turnstile, "_WOKEN", 0)
         pace.goes_on.set()
         await asyncio.sleep(0.05)
-        assert (await _only_one(entrance))._task_handler is not None, "it waits for its turn"
         writer.transport.abort()
+        if is_whole:
+            await async_until(lambda: not entrance.limits.connections)
+            await asyncio.sleep(0.05)
+            assert any(map(_is_of_aiohttp, asyncio.all_tasks()))
+            monkeypatch.setattr(turnstile, "_WOKEN", 1)
         await async_until(lambda: not any(map(_is_of_aiohttp, asyncio.all_tasks())))
 
 

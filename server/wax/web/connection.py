@@ -58,6 +58,7 @@ class Connection(web.RequestHandler):
         "_drained",
         "_fed_bytes",
         "_is_answering",
+        "_is_cut_off",
         "_is_urgent",
         "_limits",
         "_lines_left",
@@ -100,6 +101,8 @@ class Connection(web.RequestHandler):
         self._lines_left: float = _FIRST_LINES
         self._is_urgent = False
         """Whether the current request is urgent, and so waits for no others."""
+        self._is_cut_off = False
+        """Whether the connection was lost before the current request had arrived whole."""
         self._is_answering = False
         self._aiohttp_reads = True
         self._waiting: WaitingRequest | None = None
@@ -282,11 +285,12 @@ class Connection(web.RequestHandler):
         return await timed(inner, self._charge, self._enter)
 
     async def _enter(self) -> None:
-        # Once the connection is lost, waiting would only keep what the request holds.
-        if not self._is_urgent and self._watch is not None:
-            self._turn = self._limits.turnstile.request_turn(self._payer)
-            if self._turn is not None:
-                await self._turn
+        # What is left of a request that was cut off is short; waiting would keep what it holds.
+        if self._is_urgent or self._is_cut_off:
+            return
+        self._turn = self._limits.turnstile.request_turn(self._payer)
+        if self._turn is not None:
+            await self._turn
 
     async def drained(self) -> None:
         """Wait until the kernel has all output; raises `ConnectionError` if the client is gone."""
@@ -383,14 +387,15 @@ class Connection(web.RequestHandler):
         if self._watch is not None:
             self._watch.end()
             self._watch = None
-        for waits_for in (self._turn, self._drained):
+        task, request = self._task_handler, self._current_request
+        self._is_cut_off = request is not None and not request.content.is_eof()
+        for waits_for in (self._turn if self._is_cut_off else None, self._drained):
             if waits_for is not None and not waits_for.done():
                 waits_for.set_result(None)
         self._requests = Requests()
         if self._content is not None:
             self._content.feed_eof()
             self._content = None
-        task, request = self._task_handler, self._current_request
         super().connection_lost(exc)
         if task is not None and request is not None:
             # A body that a handler still awaits holds the error, whose traceback holds the body.
