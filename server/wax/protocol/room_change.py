@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 PARTS: Final = tuple(RoomChange.model_fields.keys() - {"type", "viewers", "gone"})
 """The parts that a change may leave out."""
+_ABSENT: Final = dict.fromkeys(PARTS)
 
 
 def between(before: RoomState, after: RoomState) -> RoomChange:
@@ -28,7 +29,10 @@ def between(before: RoomState, after: RoomState) -> RoomChange:
 
 def of_lines(viewers: list[ViewerInfo], gone: Sequence[int] = (), **parts: Any) -> RoomChange:
     """Return a change of these lines and parts; it lacks all others."""
-    return RoomChange.model_construct(viewers=viewers, gone=list(gone), **parts)
+    # Without values for all, pydantic copies the defaults deeply, at each change.
+    return RoomChange.model_construct(
+        {"viewers", "gone", *parts}, viewers=viewers, gone=list(gone), **(_ABSENT | parts)
+    )
 
 
 def text_of(update: RoomState | RoomChange) -> str:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from wax.rtc.peer import Channel
 
 _SETTLE_S: Final = 0.2
-_SCENE_STEPS: Final = 150_000
+_SCENE_STEPS: Final = 155_000
 _GZIP: Final = b"\x1f\x8b"
 """The first bytes of a body that claims to be compressed (RFC 1952, 2.3.1)."""
 
