@@ -44,8 +44,8 @@ pytestmark = [
 SECONDS: Final = 0.8
 MIX_S: Final = 5.0
 SHORT: Final = (
-    *("feedback-4", "nacks", "chunks", "authenticated", "junk"),
-    *("pipelined", "cookies-4", "never-read", "empty-offers"),
+    *("feedback-4", "chunks", "crumbs", "keys", "releases"),
+    *("unfinished", "never-read", "resets", "crowd", "wide-offers"),
 )
 STOPS_S: Final = 0.8
 CROWD: Final = "feedback-40"
