@@ -15,7 +15,7 @@ _TOOL: Final = 4
 """An id for `sys.monitoring` that coverage, profilers and debuggers do not use."""
 
 
-def steps(work: Callable[[], None]) -> int:
+def steps(work: Callable[[], object]) -> int:
     """Return how many Python instructions the work takes; C code inside one is not counted."""
     was_collecting = gc.isenabled()
     gc.disable()  # its finalisers would run other tests' code
@@ -29,7 +29,7 @@ def steps(work: Callable[[], None]) -> int:
 # Since Python 3.12 a tracer sees only the instructions of frames that existed when it began.
 if sys.version_info >= (3, 12):
 
-    def _count(work: Callable[[], None]) -> int:
+    def _count(work: Callable[[], object]) -> int:
         counted, here, monitoring = 0, get_ident(), sys.monitoring
         kind = monitoring.events.INSTRUCTION
 
@@ -50,7 +50,7 @@ if sys.version_info >= (3, 12):
 
 else:
 
-    def _count(work: Callable[[], None]) -> int:
+    def _count(work: Callable[[], object]) -> int:
         counted = 0
 
         def count(_frame: FrameType, event: str, _argument: Any) -> Any:

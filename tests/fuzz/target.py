@@ -6,6 +6,7 @@ import logging
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -44,6 +45,7 @@ class Target:
     `seeds` are valid inputs, `words` what a mutator inserts; both lead past the first checks.
     `long_seeds` take too much time for a test, which tries so many `inputs`. An input may cost
     `STEPS_A_BYTE` per byte, and in addition this many `steps`, mostly for setting up the target.
+    What `scene` takes, which `hear` makes anew for each valid input, is not the input's cost.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Target:
     long_seeds: Sequence[bytes] = ()
     inputs: int = 10_000
     steps: int = 30_000
+    scene: Callable[[], object] | None = None
 
     @property
     def folder(self) -> Path:
@@ -91,7 +94,14 @@ class Target:
         assert took_s < most * _SLOW_STEP_S, f"{took_s * 1000:.0f} ms for {len(data)} bytes"
 
     def _most_steps(self, data: bytes) -> int:
-        return self.steps + STEPS_A_BYTE * len(data)
+        made = 0 if self.scene is None else _steps_of(self.scene)
+        return made + self.steps + STEPS_A_BYTE * len(data)
+
+
+@cache
+def _steps_of(scene: Callable[[], object]) -> int:
+    scene()  # what is made once for all is not counted
+    return steps(scene)
 
 
 @contextmanager
