@@ -23,8 +23,11 @@ TYPES = st.sampled_from([*messages.DRIVE_COLUMNS, "fly"])
 @pytest.mark.parametrize("vector", VECTORS["to_server"], ids=lambda one: one["row"])
 def test_a_row_of_the_page_becomes_its_message(vector: dict[str, Any]) -> None:
     """The rows that the page writes, by its own test, are read as the same messages."""
-    assert messages.parse_drive(vector["row"]).model_dump() == vector["message"]
-    assert messages.parse_drive(vector["row"].encode()).model_dump() == vector["message"]
+    assert messages.parse_drive(vector["row"]).model_dump(exclude_unset=True) == vector["message"]
+    assert (
+        messages.parse_drive(vector["row"].encode()).model_dump(exclude_unset=True)
+        == vector["message"]
+    )
 
 
 @pytest.mark.parametrize("vector", VECTORS["to_page"], ids=lambda one: one["row"])

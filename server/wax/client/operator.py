@@ -44,7 +44,7 @@ class Operator(Client):
         **options: Any,
     ) -> None:
         super().__init__(url, sound=False, picture=sees, **options)
-        self.linear = self.angular = 0.0
+        self.linear = self.angular = self.lateral = 0.0
         self.held = False
         self.speed: Speed = speed
         self.sees_now = sees
@@ -110,13 +110,13 @@ class Operator(Client):
 
     # --- controls -----------------------------------------------------------------------------
 
-    def steer(self, linear: float, angular: float = 0.0) -> None:
+    def steer(self, linear: float, angular: float = 0.0, lateral: float = 0.0) -> None:
         """Hold a control down from now on; shares of the robot's limits in -1…1."""
-        self.linear, self.angular, self.held = linear, angular, True
+        self.linear, self.angular, self.lateral, self.held = linear, angular, lateral, True
 
     def let_go(self) -> None:
         """Release the control: send it at once, and keep sending it."""
-        self.linear = self.angular = 0.0
+        self.linear = self.angular = self.lateral = 0.0
         self.held = False
         if self._commands():
             self.command()
@@ -140,6 +140,7 @@ class Operator(Client):
             "seen_server_ms": self.server_ms() if self.sees_now else self.seen_server_ms,
             "axes": {},
             "beat": self.beat,
+            **({"lateral": self.lateral} if self.lateral else {}),
         } | other
         return json.dumps(["drive", seq, *said.values()], separators=(",", ":"))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import ConfigDict, Field
 
@@ -31,6 +31,12 @@ class RobotSettings(ConfigTable):
     max_angular_rps: Annotated[float, Field(gt=0, le=20)] = 1.5
     """The highest turning speed, in radians a second. 1.5 is a quarter turn a second: at more,
     people overshoot when the picture is 200 ms late."""
+    base: Literal["differential", "mecanum", "omni"] = "differential"
+    """How its wheels stand: two driven sides, four mecanum wheels, or three omni wheels at equal
+    angles, of which one is at the back. A driver whose robot mixes its wheels itself ignores it."""
+    max_lateral_mps: Annotated[float, Field(ge=0, le=10)] | Literal["auto"] = "auto"
+    """The highest speed sideways, in metres a second; 0 is a robot that cannot. "auto" is
+    max_linear_mps for a base of mecanum or omni wheels, else 0."""
     max_linear_acceleration_mps2: Annotated[float, Field(gt=0, le=100)] = 1.5
     """The highest acceleration, in metres a second, per second."""
     max_angular_acceleration_rps2: Annotated[float, Field(gt=0, le=200)] = 6.0
@@ -59,6 +65,13 @@ class RobotSettings(ConfigTable):
     invert_right: bool = False
     """The right motor is wired the other way round."""
     serial: SerialSettings = SerialSettings()
+
+    @property
+    def lateral_mps(self) -> float:
+        """The highest speed sideways, 0 for a robot that cannot move so."""
+        if self.max_lateral_mps != "auto":
+            return self.max_lateral_mps
+        return 0.0 if self.base == "differential" else self.max_linear_mps
 
     def own(self, model: type[OwnT]) -> OwnT:
         """Return a driver's own table, with defaults for missing keys."""

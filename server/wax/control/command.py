@@ -29,13 +29,15 @@ class Command:
     """Capture time of the newest picture on screen, as the page claims; None if there is none."""
     axes: Mapping[str, float] = field(default_factory=dict)
     """Positions in -1…1 of the axes being held."""
+    lateral: float = 0.0
+    """A fraction of the limit in -1…1; sideways to the left is positive."""
     heard_s: float = -math.inf
     """When the server sent the newest beat that the page quotes; minus infinity if none."""
 
     @property
     def asks_for_motion(self) -> bool:
         """Whether the command moves the robot; moving an axis does not count."""
-        return self.linear != 0 or self.angular != 0
+        return self.linear != 0 or self.angular != 0 or self.lateral != 0
 
     @property
     def is_neutral(self) -> bool:
@@ -48,5 +50,5 @@ class Command:
     @property
     def is_in_range(self) -> bool:
         """Whether every number is finite and in range; `video_freshness` judges `seen_s`."""
-        shares = (self.linear, self.angular, *self.axes.values())
+        shares = (self.linear, self.angular, self.lateral, *self.axes.values())
         return math.isfinite(self.sent_s) and all(-1 <= share <= 1 for share in shares)

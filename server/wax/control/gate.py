@@ -279,4 +279,5 @@ def _is_within(twist: Twist, limits: Limits) -> bool:
     return (
         abs(twist.linear_mps) <= limits.linear_mps < math.inf
         and abs(twist.angular_rps) <= limits.angular_rps < math.inf
+        and abs(twist.lateral_mps) <= limits.lateral_mps < math.inf
     )

@@ -161,7 +161,7 @@ def disarm(state: HandState, now_s: float) -> HandState:
 
 def touches(reading: HandReading, rules: HandRules) -> bool:
     """Whether a hand is on the control."""
-    deflection = max(abs(reading.linear), abs(reading.angular))
+    deflection = max(abs(reading.linear), abs(reading.angular), abs(reading.lateral))
     return reading.is_held or deflection > rules.dead_zone
 
 
@@ -173,6 +173,7 @@ def twist(state: HandState, rules: HandRules, limits: Limits) -> Twist:
     asked = Twist(
         _beyond(state.reading.linear, rules) * limits.linear_mps * most,
         _beyond(state.reading.angular, rules) * limits.angular_rps * most,
+        _beyond(state.reading.lateral, rules) * limits.lateral_mps * most,
     )
     return within(asked, limits)
 

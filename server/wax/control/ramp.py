@@ -1,7 +1,9 @@
 """The ramp: the robot accelerates at the configured rate and slows down at once.
 
 The robot slows down at the braking rate only if the gate calls the set-point `soft` and the
-configuration asks for soft braking. To reverse, it slows down, then accelerates the other way.
+configuration asks for soft braking. To reverse, it slows down, then accelerates the other way; to
+move in another direction, it slows down to the part of its speed that points there, and accelerates
+from that. Ahead and sideways are one vector.
 """
 
 from __future__ import annotations
@@ -32,30 +34,46 @@ def towards(
 ) -> Twist:
     """Return the twist `after_s` after `now` on the way to `target`, never beyond it."""
     is_soft = soft and rules.soft_braking
-    return Twist(
-        _part(
-            target.linear_mps,
-            now.linear_mps,
-            after_s,
-            faster=rules.acceleration_mps2,
-            slower=rules.braking_mps2 if is_soft else math.inf,
-        ),
-        _part(
-            target.angular_rps,
-            now.angular_rps,
-            after_s,
-            faster=rules.acceleration_rps2,
-            slower=rules.braking_rps2 if is_soft else math.inf,
-        ),
+    ahead, left = _vector(
+        (target.linear_mps, target.lateral_mps),
+        (now.linear_mps, now.lateral_mps),
+        after_s,
+        faster=rules.acceleration_mps2,
+        slower=rules.braking_mps2 if is_soft else math.inf,
     )
+    turning, _ = _vector(
+        (target.angular_rps, 0.0),
+        (now.angular_rps, 0.0),
+        after_s,
+        faster=rules.acceleration_rps2,
+        slower=rules.braking_rps2 if is_soft else math.inf,
+    )
+    return Twist(ahead, turning, left)
 
 
-def _part(target: float, now: float, after_s: float, *, faster: float, slower: float) -> float:
-    way = math.copysign(1.0, now)
-    kept = max(0.0, min(abs(now), target * way))  # the part of the speed that the target keeps
-    slowing_s = (abs(now) - kept) / slower
+def _vector(
+    target: tuple[float, float],
+    now: tuple[float, float],
+    after_s: float,
+    *,
+    faster: float,
+    slower: float,
+) -> tuple[float, float]:
+    """Slow down, in the direction of `now`, to what `target` keeps of it; then go straight there.
+
+    From standstill the direction is that of `target` from the first step.
+    """
+    speed = math.hypot(*now)
+    way = (now[0] / speed, now[1] / speed) if speed else (0.0, 0.0)
+    kept = max(0.0, min(speed, target[0] * way[0] + target[1] * way[1]))
+    slowing_s = (speed - kept) / slower
     if slowing_s > after_s:
-        return way * max(kept, abs(now) - slower * after_s)
+        left = max(kept, speed - slower * after_s)
+        return way[0] * left, way[1] * left
+    start = (way[0] * kept, way[1] * kept)
+    rest = (target[0] - start[0], target[1] - start[1])
+    length = math.hypot(*rest)
     gained = faster * (after_s - slowing_s)
-    rest = target * way - kept
-    return target if abs(rest) <= gained else way * (kept + math.copysign(gained, rest))
+    if length <= gained:
+        return target
+    return start[0] + rest[0] / length * gained, start[1] + rest[1] / length * gained

@@ -1,10 +1,12 @@
 """The commanded speed, lowered by each rule that applies.
 
-A rule scales both parts of the twist by the same factor, so that a curve keeps its radius.
+A rule scales all parts of the twist by the same factor, so that a curve keeps its radius. Ahead
+and sideways count together, as the length of one vector.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from wax.control.reasons import Limit
@@ -31,23 +33,18 @@ def twist(
     The host allows `max_fraction` of the robot's limits.
     """
     limit = None
-    shares = Twist(command.linear, command.angular)
-    if command.speed == "slow":
-        shares = _scaled(shares, rules.slow_fraction)
-    largest = max(abs(shares.linear_mps), abs(shares.angular_rps))
+    shares = _shares(command, rules)
+    largest = max(shares.speed_mps, abs(shares.angular_rps))
     if largest > max_fraction:
-        shares, limit = _scaled(shares, max_fraction / largest), Limit.BY_HOST
+        shares, limit = shares.scaled(max_fraction / largest), Limit.BY_HOST
         largest = max_fraction
     if freshness in _SLOW and largest > rules.slow_fraction:
-        shares, limit = _scaled(shares, rules.slow_fraction / largest), _SLOW[freshness]
-    wanted = Twist(
-        shares.linear_mps * rules.limits.linear_mps, shares.angular_rps * rules.limits.angular_rps
-    )
+        shares, limit = shares.scaled(rules.slow_fraction / largest), _SLOW[freshness]
+    wanted = _at_most(shares, rules)
     fastest = fastest_mps(ttl_s, rules)
-    ahead_mps = abs(wanted.linear_mps)
-    if ahead_mps > fastest:
-        limit = _stopping(ahead_mps, rules)
-        wanted = _scaled(wanted, fastest / ahead_mps)
+    if wanted.speed_mps > fastest:
+        limit = _stopping(wanted.speed_mps, rules)
+        wanted = wanted.scaled(fastest / wanted.speed_mps)
     return wanted, limit
 
 
@@ -55,21 +52,36 @@ def share(command: Command | None, lowered: Twist, rules: Rules) -> float:
     """Return the fraction of the commanded speed that is left, 1 where none is commanded."""
     if command is None:
         return 1.0
-    own = rules.slow_fraction if command.speed == "slow" else 1.0
-    linear_mps = abs(own * command.linear * rules.limits.linear_mps)
-    angular_rps = abs(own * command.angular * rules.limits.angular_rps)
-    # Both parts are scaled alike; one may be zero, through its limit or through rounding.
+    own = _at_most(_shares(command, rules), rules)
+    # All parts are scaled alike; one may be zero, through its limit or through rounding.
     asked, left = max(
-        (linear_mps, abs(lowered.linear_mps)), (angular_rps, abs(lowered.angular_rps))
+        (own.speed_mps, lowered.speed_mps), (abs(own.angular_rps), abs(lowered.angular_rps))
     )
     return min(1.0, left / asked) if asked > 0 else 1.0
+
+
+def _shares(command: Command, rules: Rules) -> Twist:
+    """Return what a command asks for, as fractions of the limits.
+
+    Ahead and sideways held at once ask for full speed in between, not for 1.41 times that.
+    """
+    lateral = command.lateral if rules.limits.lateral_mps > 0 else 0.0
+    length = max(1.0, math.hypot(command.linear, lateral))
+    shares = Twist(command.linear / length, command.angular, lateral / length)
+    return shares.scaled(rules.slow_fraction) if command.speed == "slow" else shares
+
+
+def _at_most(shares: Twist, rules: Rules) -> Twist:
+    """Return the speeds that fractions of the limits stand for."""
+    limits = rules.limits
+    return Twist(
+        shares.linear_mps * limits.linear_mps,
+        shares.angular_rps * limits.angular_rps,
+        shares.lateral_mps * limits.lateral_mps,
+    )
 
 
 def _stopping(wanted_mps: float, rules: Rules) -> Limit:
     """Distinguish a long link from a robot that could not stop in time even without delay."""
     is_delay = wanted_mps <= fastest_mps(rules.max_age_s, rules)
     return Limit.LONG_DELAY if is_delay else Limit.STOPPING_DISTANCE
-
-
-def _scaled(one: Twist, factor: float) -> Twist:
-    return Twist(one.linear_mps * factor, one.angular_rps * factor)

@@ -39,20 +39,25 @@ class TurnFence:
 
 
 def within(twist: Twist, limits: Limits) -> Twist:
-    """Scale `twist` into `limits`, both parts by one factor so that a curve keeps its radius.
+    """Scale `twist` into `limits`, all parts by one factor so that a curve keeps its radius.
 
-    A number that is not finite gives standstill. A limit of zero removes only its own part.
+    Ahead and sideways count together, as the length of one vector. A number that is not finite
+    gives standstill. A limit of zero removes only its own part.
     """
-    if not (math.isfinite(twist.linear_mps) and math.isfinite(twist.angular_rps)):
+    if not all(map(math.isfinite, (twist.linear_mps, twist.angular_rps, twist.lateral_mps))):
         return STANDSTILL
     excess = max(
         1.0,
-        _share(twist.linear_mps, limits.linear_mps),
+        math.hypot(
+            _share(twist.linear_mps, limits.linear_mps),
+            _share(twist.lateral_mps, limits.lateral_mps),
+        ),
         _share(twist.angular_rps, limits.angular_rps),
     )
     return Twist(
         linear_mps=_clamp(twist.linear_mps / excess, limits.linear_mps),
         angular_rps=_clamp(twist.angular_rps / excess, limits.angular_rps),
+        lateral_mps=_clamp(twist.lateral_mps / excess, limits.lateral_mps),
     )
 
 

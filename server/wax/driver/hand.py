@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 class HandReading:
     """The control's state at `at_s`, on the clock that the robot's driver was given.
 
-    `linear` and `angular` are the stick, in -1…1 (ahead and left are positive). `is_held` is set
+    `linear`, `angular` and `lateral` are the stick, in -1…1 (ahead, turning left and sideways to
+    the left are positive); one that cannot ask for sideways leaves it 0. `is_held` is set
     if the control itself senses a hand; a deflected stick counts as touched anyway. `stop` and
     `ask` are the buttons that are pressed now; `ask` is None for no button.
     """
@@ -28,11 +29,12 @@ class HandReading:
     is_held: bool = False
     stop: bool = False
     ask: Ask | None = None
+    lateral: float = 0.0
 
     @property
     def is_in_range(self) -> bool:
-        """Whether both numbers are in range; NaN never is."""
-        return abs(self.linear) <= 1.0 and abs(self.angular) <= 1.0
+        """Whether all numbers are in range; NaN never is."""
+        return all(abs(one) <= 1.0 for one in (self.linear, self.angular, self.lateral))
 
 
 @runtime_checkable

@@ -17,6 +17,7 @@ with real-time priority: none may spin. Start a process in `wax.machine.priority
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping  # noqa: TC003  # pydantic looks it up where a state is sent
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
@@ -32,14 +33,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Twist:
-    """A set-point of motion: forward in m/s (backward is negative), turning left in rad/s."""
+    """A set-point of motion in the plane, by the axes of REP 103.
+
+    Ahead in m/s (back is negative), turning left in rad/s (right is negative), and sideways to the
+    left in m/s (to the right is negative), which is 0 where `Limits.lateral_mps` is.
+    """
 
     linear_mps: float = 0.0
     angular_rps: float = 0.0
+    lateral_mps: float = 0.0
 
     @property
     def is_zero(self) -> bool:
-        return self.linear_mps == 0.0 and self.angular_rps == 0.0
+        return self.linear_mps == 0.0 and self.angular_rps == 0.0 and self.lateral_mps == 0.0
+
+    @property
+    def speed_mps(self) -> float:
+        """How fast its middle moves, whatever the direction."""
+        return math.hypot(self.linear_mps, self.lateral_mps)
+
+    def scaled(self, factor: float) -> Twist:
+        """Return the same motion `factor` times as fast: a curve keeps its radius."""
+        return Twist(self.linear_mps * factor, self.angular_rps * factor, self.lateral_mps * factor)
 
 
 STANDSTILL = Twist()
@@ -49,6 +64,8 @@ STANDSTILL = Twist()
 class Limits:
     """The robot's limits; `axes` names its auxiliary axes, such as ``pan``.
 
+    `lateral_mps` is how fast it moves sideways, 0 for a robot that cannot. The speed of its middle
+    is limited as a whole: sideways and ahead at once is no faster than either (`checks.within`).
     `controls` names its other controls, for `[[controls]]`; the driver is then a `HasControls`.
     `ttl_s` is how long the robot follows a set-point before its own watchdog stops it; None if
     unknown. `silence_s` is how long the driver process tolerates a silent server before it stops
@@ -61,6 +78,7 @@ class Limits:
     ttl_s: float | None = None
     silence_s: float | None = None
     controls: tuple[str, ...] = ()
+    lateral_mps: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

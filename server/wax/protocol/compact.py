@@ -1,7 +1,8 @@
 """Encodes messages as rows, for a narrow uplink.
 
 A row is the JSON array of a message's fields in the order of its model, with a nested model as a
-nested row: ``["ping",3,1234.5,null,null]``. Only the model defines the order.
+nested row: ``["ping",3,1234.5,null,null]``. Only the model defines the order. A sender may leave
+out the last fields, where the model has defaults for them.
 """
 
 from __future__ import annotations
@@ -70,9 +71,9 @@ def _cell(name: str, value: Any, inner: Columns | None) -> Any:
 
 
 def _named(row: Any, of: Columns, name: str) -> dict[str, Any]:
-    if not isinstance(row, list) or len(row) != len(of):
-        raise ProtocolError(f"{name}: not a row of {len(of)}")
+    if not isinstance(row, list) or len(row) > len(of):
+        raise ProtocolError(f"{name}: not a row of at most {len(of)}")
     return {
         name: value if inner is None or value is None else _named(value, inner, name)
-        for (name, inner), value in zip(of.items(), row, strict=True)
+        for (name, inner), value in zip(of.items(), row, strict=False)
     }

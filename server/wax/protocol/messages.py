@@ -8,6 +8,7 @@ when late, ``state`` (reliable, ordered) the rest. Messages on ``state`` are JSO
 
 from __future__ import annotations
 
+from operator import not_
 from typing import Annotated, Final, Literal, get_args
 
 from pydantic import ConfigDict, Field, TypeAdapter
@@ -54,6 +55,8 @@ class Drive(Incoming):
     """Positions of the axes being held; the others keep theirs."""
     beat: HeardBeat
     """Proves `sent_server_ms`."""
+    lateral: Unit = 0.0
+    """A fraction of the robot's limit sideways; left is positive. Absent where it has none."""
 
 
 ControlName = Annotated[str, Field(max_length=16)]
@@ -347,6 +350,8 @@ class RobotInfo(Outgoing):
     kind: str
     max_linear_mps: float
     max_angular_rps: float
+    max_lateral_mps: Annotated[float, Field(exclude_if=not_)] = 0.0
+    """Sideways; absent for a robot that cannot."""
     slow_fraction: float
     axes: list[str]
     motion: MotionInfo

@@ -7,6 +7,7 @@ them needs no second clock.
 
 from __future__ import annotations
 
+from operator import not_
 from typing import TYPE_CHECKING, Annotated, Final, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -30,7 +31,8 @@ class Commanded(_Event):
     """A command as received; `refused` is why the gate refused it, null if it was valid.
 
     `age_ms` is its age by its sender's clock, `seen_age_ms` that of the picture that the sender
-    saw. `linear` and `angular` are fractions of the robot's limits.
+    saw. `linear`, `angular` and `lateral` are fractions of the robot's limits; `lateral` is absent
+    where it is 0.
     """
 
     type: Literal["commanded"] = "commanded"
@@ -45,12 +47,14 @@ class Commanded(_Event):
     speed: Literal["slow", "fast"]
     axes: dict[str, float]
     refused: str | None
+    lateral: Annotated[float, Field(exclude_if=not_)] = 0.0
 
 
 class Steered(_Event):
     """A set-point sent to the robot, and the gate's (`wanted_…`), which the ramp approaches.
 
-    It lasts until the next. `reason` is why the robot is held, `limit` why it is slower than asked.
+    It lasts until the next. Speeds sideways are absent where they are 0. `reason` is why the robot
+    is held, `limit` why it is slower than asked.
     """
 
     type: Literal["steered"] = "steered"
@@ -61,6 +65,8 @@ class Steered(_Event):
     wanted_angular_rps: float
     reason: str | None
     limit: str | None
+    lateral_mps: Annotated[float, Field(exclude_if=not_)] = 0.0
+    wanted_lateral_mps: Annotated[float, Field(exclude_if=not_)] = 0.0
 
 
 class Reported(RobotReport, _Event):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from pydantic import TypeAdapter, ValidationError
 
 from wax.driver.interface import HasControls, Limits
-from wax.errors import PluginError
+from wax.errors import ConfigError, PluginError
 from wax.plugin import DRIVERS, make_plugin
 
 if TYPE_CHECKING:
@@ -33,6 +33,11 @@ def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
         name, KEY, settings, clock, needs=_METHODS, contract=_CONTRACT, group=DRIVERS
     )
     _check_properties(name, driver)
+    if settings.lateral_mps > 0 and driver.limits.lateral_mps == 0:
+        raise ConfigError(
+            f"robot.max_lateral_mps: {name} cannot move this robot sideways; set it to 0, or see"
+            " robot.base."
+        )
     return driver
 
 
@@ -53,7 +58,10 @@ def _check_properties(name: str, driver: Driver) -> None:
         raise PluginError(f"{KEY}: {name} names controls, but has no method control.")
     try:
         _LIMITS.validate_json(_LIMITS.dump_json(limits, warnings=False), strict=True)
-        are_finite = all(0.0 <= most < math.inf for most in (limits.linear_mps, limits.angular_rps))
+        are_finite = all(
+            0.0 <= most < math.inf
+            for most in (limits.linear_mps, limits.angular_rps, limits.lateral_mps)
+        )
     except (ValidationError, TypeError, ValueError):
         are_finite = False
     if not are_finite:

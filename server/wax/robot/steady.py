@@ -50,11 +50,14 @@ class SteadyRobot(LineRobot, ABC):
     the robot is lost; the text of an `OSError` is shown as the reason. They are called again a
     second later. The constructor of a subclass must touch no hardware.
 
-    `robot_ttl_s` is the timeout after which the robot itself stops without a set-point, None if
-    unknown. If it answers, it is lost after `silent_s` without an answer.
+    A class with `moves_sideways` is told `Twist.lateral_mps`, within `[robot] max_lateral_mps`; to
+    any other it is always 0. `robot_ttl_s` is the timeout after which the robot itself stops
+    without a set-point, None if unknown. If it answers, it is lost after `silent_s` without an
+    answer.
     """
 
     axes: ClassVar[tuple[str, ...]] = ()
+    moves_sideways: ClassVar[bool] = False
     robot_ttl_s: ClassVar[float | None] = None
     silent_s: ClassVar[float | None] = None
     beat_s: ClassVar[float] = 0.05
@@ -67,6 +70,7 @@ class SteadyRobot(LineRobot, ABC):
             settings.max_angular_rps,
             axes=self.axes,
             ttl_s=self.robot_ttl_s,
+            lateral_mps=settings.lateral_mps if self.moves_sideways else 0.0,
         )
         core = LineCore(limits, TTL_S)
         self._calls = _Calls(self, core)

@@ -245,6 +245,7 @@ class PageMessages:
             kind=self._kind,
             max_linear_mps=limits.linear_mps,
             max_angular_rps=limits.angular_rps,
+            max_lateral_mps=limits.lateral_mps,
             slow_fraction=self._settings.drive.slow_fraction,
             axes=list(limits.axes),
             motion=messages.MotionInfo(

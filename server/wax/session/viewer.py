@@ -503,6 +503,7 @@ def command_of(message: messages.Drive, heard_s: float, seen_s: float | None) ->
         sent_s=message.sent_server_ms / 1000,
         linear=message.linear,
         angular=message.angular,
+        lateral=message.lateral,
         held=message.held,
         speed=message.speed,
         seen_s=seen_s,

@@ -1,6 +1,7 @@
 /**
  * Messages of the drive channel as rows: JSON arrays of the fields in the server's order, rows
- * within rows, because a modem's uplink must carry twenty set-points a second.
+ * within rows, because a modem's uplink must carry twenty set-points a second. Absent fields at a
+ * row's end are left out.
  */
 
 import { DRIVE_COLUMNS, type DriveIn, type DriveOut } from "../messages";
@@ -23,11 +24,12 @@ export function readRow(text: string): DriveOut {
 }
 
 function row(values: object, columns: Columns): unknown[] {
-  return Object.entries(columns).map(([name, inner]) => {
+  const cells = Object.entries(columns).map(([name, inner]) => {
     const value = Reflect.get(values, name);
     if (inner && value !== null) return row(value, inner);
     return typeof value === "number" ? rounded(value, parts(name)) : value;
   });
+  return cells.slice(0, cells.findLastIndex((cell) => cell !== undefined) + 1);
 }
 
 function parts(name: string): number {

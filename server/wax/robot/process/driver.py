@@ -143,6 +143,7 @@ class ProcessDriver(KeptProcess):
                     turn=turn,
                     linear_mps=twist.linear_mps,
                     angular_rps=twist.angular_rps,
+                    lateral_mps=twist.lateral_mps,
                     operated=self._is_operated,
                     end_s=self._end_s,
                 )

@@ -180,7 +180,7 @@ class DriverWatchdog:
 
     def _move(self, move: Move) -> Call:
         self._heard(move)
-        asked = Twist(move.linear_mps, move.angular_rps)
+        asked = Twist(move.linear_mps, move.angular_rps, move.lateral_mps)
         if asked.is_zero and move.sent_s > self._held_s:
             self._armed, self.problem = True, None
         self._twist = within(asked, self._limits) if self._armed else STANDSTILL

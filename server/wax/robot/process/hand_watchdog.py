@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from wax.control import local_hand, ramp
 from wax.control.local_hand import HandState
 from wax.control.reasons import NO_HAND
-from wax.driver.interface import STANDSTILL, Twist
+from wax.driver.interface import STANDSTILL
 from wax.robot.process.driver_watchdog import SILENT, Apply, SetControl, StopDriver
 from wax.robot.process.pipe_messages import Move
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from wax.control.local_hand import HandRules
     from wax.driver.hand import HandReading
-    from wax.driver.interface import Aboard, Limits
+    from wax.driver.interface import Aboard, Limits, Twist
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
     from wax.robot.process.pipe_messages import Message
     from wax.sentence import Sentence
@@ -189,7 +189,7 @@ class HandWatchdog:
             return call
         if isinstance(call, Apply):
             part = local_hand.share(self._hand, self._rules)
-            return self._ramped(_scaled(call.twist, part), call.turn, now_s)
+            return self._ramped(call.twist.scaled(part), call.turn, now_s)
         if isinstance(call, StopDriver):
             self._twist = STANDSTILL
         return call
@@ -209,7 +209,3 @@ class HandWatchdog:
 def _is_harmless(call: Call) -> bool:
     """Whether the call only lights, sounds or releases, which disturbs nobody's driving."""
     return isinstance(call, SetControl) and (call.is_release or not call.moves)
-
-
-def _scaled(twist: Twist, share: float) -> Twist:
-    return Twist(twist.linear_mps * share, twist.angular_rps * share)

@@ -62,6 +62,7 @@ class Move(_Command):
     say: Literal["move"] = "move"
     linear_mps: float
     angular_rps: float
+    lateral_mps: float = 0.0
     operated: bool = True
     end_s: Seconds | None = None
 
