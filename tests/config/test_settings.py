@@ -88,6 +88,13 @@ def test_the_wheelchair_is_a_valid_example() -> None:
     assert not config.Settings().local.is_on
 
 
+def test_the_mecanum_robot_is_a_valid_example() -> None:
+    """The example moves sideways, slower than ahead; by default a robot does not."""
+    robot = config.load(CONFIG / "mecanum.toml").robot
+    assert 0 < robot.lateral_mps < robot.max_linear_mps
+    assert config.Settings().robot.lateral_mps == 0
+
+
 def test_a_script_must_end_before_it_begins_again(tmp_path: Path) -> None:
     """An act after the end of the script is refused."""
     text = "[local]\nscript_s = 10.0\nscript = [{ at_s = 9.0, for_s = 1.0 }]\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -116,6 +117,13 @@ def test_the_robot_hears_itself_in_both_ears_alike() -> None:
     """The motors have no direction: only the noise of the room differs."""
     both = hear_both(standing(QUIET, speed_mps=0.4))[SAMPLE_RATE_HZ // 4 :]
     assert level_db(both[:, 0] - both[:, 1]) < level_db(both[:, 0]) - 15.0
+
+
+def test_the_motors_hum_sideways_as_ahead() -> None:
+    """Wheels that move the robot sideways turn as fast, and are heard as well."""
+    ahead = standing(QUIET, speed_mps=0.4)
+    sideways = [replace(one, left_mps=0.0, right_mps=0.0, lateral_mps=-0.4) for one in ahead]
+    assert np.array_equal(hear(sideways), hear(ahead))
 
 
 def test_the_motors_rise_with_speed() -> None:

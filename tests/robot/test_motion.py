@@ -16,14 +16,15 @@ from wax.robot.simulated.motion import ACCELERATION_MPS2, RADIUS_M, Motion, step
 
 WORLD = furnished_flat()
 LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
+SIDEWAYS = Limits(linear_mps=0.6, angular_rps=1.5, lateral_mps=0.4)
 DT_S = 0.01
 OPEN_FLOOR = Pose(3.4, 3.4, math.pi)
 
 
-def drive(motion: Motion, twist: Twist, seconds: float) -> list[Motion]:
+def drive(motion: Motion, twist: Twist, seconds: float, limits: Limits = LIMITS) -> list[Motion]:
     path = [motion]
     for _ in range(round(seconds / DT_S)):
-        path.append(step(path[-1], twist, LIMITS, WORLD, DT_S))
+        path.append(step(path[-1], twist, limits, WORLD, DT_S))
     return path
 
 
@@ -31,23 +32,26 @@ def clearance_m(motion: Motion) -> float:
     return WORLD.nearest_surface(motion.pose.x_m, motion.pose.y_m)[0]
 
 
-twists = st.builds(Twist, st.floats(-2, 2), st.floats(-4, 4))
+twists = st.builds(Twist, st.floats(-2, 2), st.floats(-4, 4), st.floats(-2, 2))
 rides = st.lists(st.tuples(twists, st.integers(1, 120)), min_size=1, max_size=12)
 
 
 @examples(60)
-@given(rides)
-def test_never_inside_anything_and_never_too_fast(ride: list[tuple[Twist, int]]) -> None:
+@given(rides, st.sampled_from((LIMITS, SIDEWAYS)))
+def test_never_inside_anything_and_never_too_fast(
+    ride: list[tuple[Twist, int]], limits: Limits
+) -> None:
     """However it is driven, the robot touches nothing and keeps its speed limits."""
     motion = Motion(WORLD.start)
     for twist, steps in ride:
         for _ in range(steps):
-            before, motion = motion, step(motion, twist, LIMITS, WORLD, DT_S)
+            before, motion = motion, step(motion, twist, limits, WORLD, DT_S)
             way_m = math.hypot(motion.pose.x_m - before.pose.x_m, motion.pose.y_m - before.pose.y_m)
             assert clearance_m(motion) >= RADIUS_M - 1e-9
-            assert way_m <= LIMITS.linear_mps * DT_S * (1 + 1e-6)
-            assert abs(motion.linear_mps) <= LIMITS.linear_mps
-            assert abs(motion.angular_rps) <= LIMITS.angular_rps
+            assert way_m <= limits.linear_mps * DT_S * (1 + 1e-6)
+            assert abs(motion.linear_mps) <= limits.linear_mps
+            assert abs(motion.angular_rps) <= limits.angular_rps
+            assert abs(motion.lateral_mps) <= limits.lateral_mps
 
 
 @examples(30)
@@ -80,6 +84,35 @@ def test_it_drives_along_its_heading() -> None:
     late = path[-1].pose.x_m - path[-101].pose.x_m
     assert late == pytest.approx(-0.5, abs=1e-6)
     assert path[-1].pose.y_m == pytest.approx(OPEN_FLOOR.y_m)
+
+
+def test_it_moves_sideways_only_on_wheels_that_can() -> None:
+    """To the left of its heading, at its limit sideways, without turning; else not at all."""
+    path = drive(Motion(OPEN_FLOOR), Twist(lateral_mps=1.0), 2.0, SIDEWAYS)
+    last = path[-1]
+    assert path[-101].pose.y_m - last.pose.y_m == pytest.approx(SIDEWAYS.lateral_mps)
+    assert last.pose.x_m == pytest.approx(OPEN_FLOOR.x_m)
+    assert last.pose.heading_rad == OPEN_FLOOR.heading_rad
+    assert drive(Motion(OPEN_FLOOR), Twist(lateral_mps=1.0), 2.0)[-1] == Motion(OPEN_FLOOR)
+
+
+def test_sideways_it_passes_a_door() -> None:
+    """The door between living room and hall lets it pass, looking along the wall."""
+    before_the_door = Motion(Pose(3.1, 4.0, 0.0))
+    path = drive(before_the_door, Twist(lateral_mps=0.4), 4.0, SIDEWAYS)
+    rooms = [WORLD.room_at(one.pose.x_m, one.pose.y_m) for one in (path[0], path[-1])]
+    assert [room and room.name for room in rooms] == ["living room", "hall"]
+    assert max(one.impact_mps for one in path) == 0.0
+
+
+def test_sideways_it_slides_along_a_wall() -> None:
+    """Ahead and into a wall at its side, it slides on, and hits the wall once."""
+    start = Pose(6.3, 0.4, 0.0)
+    path = drive(Motion(start), Twist(0.4, 0.0, -0.2), 1.5, SIDEWAYS)
+    assert clearance_m(path[-1]) == pytest.approx(RADIUS_M, abs=1e-3)
+    assert path[-1].pose.x_m > start.x_m + 0.3
+    assert path[-1].pose.heading_rad == 0.0
+    assert sum(one.impact_mps > 0.02 for one in path) == 1
 
 
 def test_positive_is_left() -> None:

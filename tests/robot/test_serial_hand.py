@@ -148,5 +148,5 @@ def test_a_robots_own_control_that_fails_is_a_lost_one() -> None:
     for one in wrong:
         robot.says = one
         assert hand.take() is None
-    robot.says = HandReading(1, stop=1)  # type: ignore[arg-type] # as above
-    assert hand.take() == (HandReading(1.0, stop=True),)
+    robot.says = HandReading(1, stop=1, lateral=-1)  # type: ignore[arg-type] # as above
+    assert hand.take() == (HandReading(1.0, stop=True, lateral=-1.0),)

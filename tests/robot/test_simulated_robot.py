@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import pytest
@@ -91,6 +91,17 @@ def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> 
     assert still.samples.shape == (480, 2)
     camera.close()
     microphone.close()
+
+
+@pytest.mark.parametrize("base", ["differential", "omni"])
+def test_it_tells_of_a_speed_sideways_that_it_can_have(
+    base: Literal["differential", "omni"],
+) -> None:
+    """Only a robot whose base moves sideways has that limit, and reports that speed."""
+    robot = SimulatedRobot(RobotSettings(base=base), SystemClock())
+    can = base == "omni"
+    assert (robot.limits.lateral_mps > 0) == can
+    assert ("lateral_mps" in robot.state().extra) == can
 
 
 def test_camera_and_microphone_outlive_the_robot(robot: SimulatedRobot) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import pytest
 from hypothesis import given
@@ -18,8 +19,10 @@ WORLD = furnished_flat()
 AHEAD = Twist(0.5, 0.0)
 
 
-def started(now_s: float = 100.0) -> Simulation:
-    simulation = Simulation(RobotSettings(), WORLD)
+def started(
+    now_s: float = 100.0, base: Literal["differential", "mecanum"] = "differential"
+) -> Simulation:
+    simulation = Simulation(RobotSettings(base=base), WORLD)
     simulation.start(now_s)
     return simulation
 
@@ -37,6 +40,21 @@ def test_it_moves_and_stops() -> None:
     assert speed_mps(simulation, 100.5) > 0.4
     simulation.stop(1)
     assert speed_mps(simulation, 100.7) == 0.0
+
+
+def test_a_mecanum_base_moves_sideways() -> None:
+    """Its motors turn as fast as ahead, it gets where its speed takes it, and it stops as soon."""
+    sideways, ahead = started(base="mecanum"), started(base="mecanum")
+    for tick in range(25):
+        sideways.apply(Twist(lateral_mps=0.5), 1, 100.0 + tick * 0.02)
+        ahead.apply(AHEAD, 1, 100.0 + tick * 0.02)
+        senses, straight = (one.advance(100.0 + tick * 0.02) for one in (sideways, ahead))
+        assert senses.motors_mps == pytest.approx(straight.motors_mps)
+        assert senses.motor_c == pytest.approx(straight.motor_c)
+    assert senses.lateral_mps == pytest.approx(0.5)
+    to_the_left = math.atan2(senses.pose.y_m - WORLD.start.y_m, senses.pose.x_m - WORLD.start.x_m)
+    assert to_the_left == pytest.approx(WORLD.start.heading_rad + math.pi / 2)
+    assert sideways.advance(101.2).lateral_mps == 0.0
 
 
 def test_its_own_watchdog_stops_it() -> None:

@@ -85,6 +85,7 @@ def _checked(said: object) -> HandReading:
         is_held=bool(said.is_held),
         stop=bool(said.stop),
         ask=said.ask,
+        lateral=float(said.lateral),
     )
 
 

@@ -103,6 +103,7 @@ class SimulatedChair:
                 turn=turn,
                 linear_mps=twist.linear_mps,
                 angular_rps=twist.angular_rps,
+                lateral_mps=twist.lateral_mps,
                 operated=self._is_operated,
             )
             self._do(self._watchdog.handle(move, now_s))

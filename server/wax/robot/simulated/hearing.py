@@ -69,7 +69,7 @@ class SoundMixer:
     def _own(self, senses: Senses, said: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the robot's own sounds; `said` is what its speaker plays."""
         sound = self._bump(senses) + SPEAKER_GAIN * said + self._horn.sound(senses.is_honking)
-        for motor, speed_mps in zip(self._motors, (senses.left_mps, senses.right_mps), strict=True):
+        for motor, speed_mps in zip(self._motors, senses.motors_mps, strict=True):
             sound += motor.hum(speed_mps)
         return sound
 
@@ -95,7 +95,7 @@ class _Motor:
         self._speed_mps = 0.0
 
     def hum(self, speed_mps: float) -> NDArray[np.float64]:
-        old, new = self._speed_mps, self._speed_mps + _SPIN * (abs(speed_mps) - self._speed_mps)
+        old, new = self._speed_mps, self._speed_mps + _SPIN * (speed_mps - self._speed_mps)
         self._speed_mps = new
         speed = old + (new - old) * np.arange(1, BLOCK_SAMPLES + 1) / BLOCK_SAMPLES
         phase = self._phase + np.cumsum(

@@ -1,7 +1,8 @@
-"""How the simulated robot moves (pure): speed ramps, differential drive, walls that stop it."""
+"""How the simulated robot moves (pure): speed ramps, a planar base, walls that stop it."""
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -29,10 +30,11 @@ class Motion:
     pose: Pose
     linear_mps: float = 0.0
     angular_rps: float = 0.0
+    lateral_mps: float = 0.0
     impact_mps: float = 0.0
 
     def wheels_mps(self, wheel_base_m: float) -> tuple[float, float]:
-        """Give the speeds of the left and the right wheel."""
+        """Give the speeds ahead of the left and the right wheels."""
         half = self.angular_rps * wheel_base_m / 2.0
         return self.linear_mps - half, self.linear_mps + half
 
@@ -45,25 +47,29 @@ def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: floa
     that points that way.
     """
     wanted = within(target, limits)
-    linear = _ramp(motion.linear_mps, wanted.linear_mps, ACCELERATION_MPS2, BRAKING_MPS2, dt_s)
-    angular = _ramp(motion.angular_rps, wanted.angular_rps, ACCELERATION_RPS2, BRAKING_RPS2, dt_s)
+    asked = complex(wanted.linear_mps, wanted.lateral_mps)
+    speed = complex(motion.linear_mps, motion.lateral_mps)
+    speed = _ramp(speed, asked, ACCELERATION_MPS2 * dt_s, BRAKING_MPS2 * dt_s)
+    spin = complex(motion.angular_rps)
+    spin = _ramp(spin, complex(wanted.angular_rps), ACCELERATION_RPS2 * dt_s, BRAKING_RPS2 * dt_s)
+    angular = spin.real
     old = motion.pose
-    middle = old.heading_rad + angular * dt_s / 2.0
-    ahead_x, ahead_y = math.cos(middle), math.sin(middle)
-    way = linear * dt_s
-    x, y, free = _slide(world, old.x_m, old.y_m, way * ahead_x, way * ahead_y)
+    way = speed * dt_s * cmath.rect(1.0, old.heading_rad + angular * dt_s / 2.0)
+    x, y, free = _slide(world, old.x_m, old.y_m, way.real, way.imag)
     heading = math.remainder(old.heading_rad + angular * dt_s, math.tau)
     pose = Pose(x, y, heading)
     if free >= 1.0:
-        return Motion(pose, linear, angular)
-    kept = math.copysign(min(abs(linear), abs(wanted.linear_mps) * free), linear)
-    return Motion(pose, kept, angular, impact_mps=abs(linear - kept))
+        return Motion(pose, speed.real, angular, speed.imag)
+    kept = speed / abs(speed) * min(abs(speed), abs(asked) * free)
+    return Motion(pose, kept.real, angular, kept.imag, impact_mps=abs(speed - kept))
 
 
-def _ramp(speed: float, target: float, gain: float, brake: float, dt_s: float) -> float:
-    braking = abs(target) < abs(speed) or target * speed < 0.0
-    most = (brake if braking else gain) * dt_s
-    return speed + min(most, max(-most, target - speed))
+def _ramp(speed: complex, target: complex, gain: float, brake: float) -> complex:
+    """Step towards `target`, by at most `brake` if that slows down or reverses, else `gain`."""
+    rest = target - speed
+    slows = abs(target) < abs(speed) or (target * speed.conjugate()).real < 0.0
+    most = brake if slows else gain
+    return target if abs(rest) <= most else speed + rest / abs(rest) * most
 
 
 def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[float, float, float]:

@@ -112,6 +112,7 @@ class SimulatedRobot:
 
     def state(self) -> RobotState:
         senses = self.senses()
+        sideways = {"lateral_mps": senses.lateral_mps} if self._limits.lateral_mps > 0 else {}
         return RobotState(
             connected=self._thread is not None,
             epoch=self._epoch,
@@ -119,6 +120,7 @@ class SimulatedRobot:
             gauges={"motor_c": senses.motor_c},
             extra={
                 "speed_mps": (senses.left_mps + senses.right_mps) / 2.0,
+                **sideways,
                 "pan_rad": senses.pan_rad,
                 "bumps": float(senses.bumps),
                 "lamp": float(senses.lamp.is_on),

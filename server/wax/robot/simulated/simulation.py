@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.checks import TurnFence, unit, within
-from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL, Limits
 from wax.robot.simulated.lamp import FULL, LIGHTS, Lamp
 from wax.robot.simulated.motion import Motion, step
 
 if TYPE_CHECKING:
     from wax.config.robot import RobotSettings
-    from wax.driver.interface import ControlValue, Pose
+    from wax.driver.interface import ControlValue, Pose, Twist
     from wax.robot.simulated.world import World
 
 STEP_S = 0.01
@@ -42,6 +42,7 @@ MAX_CATCH_UP_S = 0.5
 class Senses:
     """The input for camera and microphone at `at_s`; `pan_rad` is the head's angle to the left.
 
+    `left_mps` and `right_mps` are its sides' speeds ahead, `lateral_mps` is its speed to the left.
     `bumps` counts collisions; `bump_mps` is the speed of the newest one. `motor_c` is the warmer
     motor's temperature.
     """
@@ -51,11 +52,18 @@ class Senses:
     pan_rad: float = 0.0
     left_mps: float = 0.0
     right_mps: float = 0.0
+    lateral_mps: float = 0.0
     bumps: int = 0
     bump_mps: float = 0.0
     lamp: Lamp = field(default_factory=Lamp)
     is_honking: bool = False
     motor_c: float = ROOM_C
+
+    @property
+    def motors_mps(self) -> tuple[float, float]:
+        """How fast the fastest wheel of each side turns; to move sideways its wheels turn, too."""
+        aside_mps = abs(self.lateral_mps)
+        return abs(self.left_mps) + aside_mps, abs(self.right_mps) + aside_mps
 
 
 class Simulation:
@@ -68,6 +76,7 @@ class Simulation:
             axes=("pan",),
             ttl_s=TIME_TO_LIVE_S,
             controls=CONTROLS,
+            lateral_mps=settings.lateral_mps,
         )
         self._world = world
         self._wheel_base_m = settings.wheel_base_m
@@ -87,8 +96,10 @@ class Simulation:
     def start(self, now_s: float) -> None:
         """Start the simulation at `now_s`, standing still."""
         self._let_go()
-        self._motion = replace(self._motion, linear_mps=0.0, angular_rps=0.0)
-        self._senses = replace(self._senses, at_s=now_s, left_mps=0.0, right_mps=0.0)
+        self._motion = Motion(self._motion.pose)
+        self._senses = replace(
+            self._senses, at_s=now_s, left_mps=0.0, right_mps=0.0, lateral_mps=0.0
+        )
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
         """Follow a set-point for `TIME_TO_LIVE_S`, unless its turn is over."""
@@ -143,7 +154,7 @@ class Simulation:
             self._let_go()
         target = self._target
         if self._is_looking_around:
-            target = within(Twist(target.linear_mps, LOOK_AROUND_RPS), self.limits)
+            target = within(replace(target, angular_rps=LOOK_AROUND_RPS), self.limits)
         moved = step(self._motion, target, self.limits, self._world, STEP_S)
         self._motion = moved
         left, right = moved.wheels_mps(self._wheel_base_m)
@@ -151,16 +162,17 @@ class Simulation:
         before = self._senses
         most = PAN_SPEED_RPS * STEP_S
         pan = before.pan_rad + min(most, max(-most, self._pan_target_rad - before.pan_rad))
-        warmed = _WARMING_C_PER_M * max(abs(left), abs(right)) * STEP_S
         cooled = (before.motor_c - ROOM_C) * STEP_S / _COOLING_S
-        self._senses = replace(
+        senses = replace(
             before,
             at_s=at_s,
             pose=moved.pose,
             pan_rad=pan,
             left_mps=left,
             right_mps=right,
+            lateral_mps=moved.lateral_mps,
             bumps=before.bumps + bumped,
             bump_mps=moved.impact_mps if bumped else before.bump_mps,
-            motor_c=before.motor_c + warmed - cooled,
         )
+        warmed = _WARMING_C_PER_M * max(senses.motors_mps) * STEP_S
+        self._senses = replace(senses, motor_c=before.motor_c + warmed - cooled)
