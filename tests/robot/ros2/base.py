@@ -156,8 +156,8 @@ class Base(CommandLog):
                     if word != "twist":
                         self._lines.append(line.strip())
                         continue
-                    at_ns, stamp_ns, linear, angular, others = numbers
-                    twist = Twist(float(linear), float(angular))
+                    at_ns, stamp_ns, linear, angular, lateral, others = numbers
+                    twist = Twist(float(linear), float(angular), float(lateral))
                     self._told.append(Told(int(at_ns) / 1e9, int(stamp_ns), twist, float(others)))
 
 

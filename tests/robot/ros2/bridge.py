@@ -134,12 +134,12 @@ class Bridge(CommandLog):
         stamp_ns = stamp.get("sec", 0) * 1_000_000_000 + stamp.get("nanosec", 0)
         twist = message.get("twist", message)
         linear, angular = twist["linear"], twist["angular"]
-        others = sum(map(abs, (linear["y"], linear["z"], angular["x"], angular["y"])))
-        told = Told(time.monotonic(), stamp_ns, Twist(linear["x"], angular["z"]), others)
-        if not told.twist.is_zero:
+        set_point = Twist(linear["x"], angular["z"], linear["y"])
+        others = sum(map(abs, (linear["z"], angular["x"], angular["y"])))
+        if not set_point.is_zero:
             self.driving = line
         with self._lock:
-            self._told.append(told)
+            self._told.append(Told(time.monotonic(), stamp_ns, set_point, others))
 
     def _answer(self, asked: dict[str, Any]) -> dict[str, Any]:
         answer = {"op": "service_response", "id": asked["id"], "service": asked["service"]}

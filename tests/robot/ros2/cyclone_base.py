@@ -49,8 +49,9 @@ class Wheels(Listener):
                 stamp = message.header.stamp
                 stamp_ns, twist = stamp.sec * 1_000_000_000 + stamp.nanosec, message.twist
             linear, angular = twist.linear, twist.angular
-            others = abs(linear.y) + abs(linear.z) + abs(angular.x) + abs(angular.y)
-            say(f"twist {time.monotonic_ns()} {stamp_ns} {linear.x} {angular.z} {others}")
+            speeds = f"{linear.x} {angular.z} {linear.y}"
+            others = abs(linear.z) + abs(angular.x) + abs(angular.y)
+            say(f"twist {time.monotonic_ns()} {stamp_ns} {speeds} {others}")
 
     def on_subscription_matched(self, reader: DataReader[Any], status: Any) -> None:
         say(f"matched {status.current_count}")

@@ -155,9 +155,9 @@ public:
             auto now = std::chrono::steady_clock::now().time_since_epoch();
             long long now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
             const double* six = twist.six;
-            std::printf("twist %lld %lld %.17g %.17g %.17g\n", now_ns,
-                        twist.header.sec * 1000000000LL + twist.header.nanosec, six[0], six[5],
-                        std::fabs(six[1]) + std::fabs(six[2]) + std::fabs(six[3]) + std::fabs(six[4]));
+            std::printf("twist %lld %lld %.17g %.17g %.17g %.17g\n", now_ns,
+                        twist.header.sec * 1000000000LL + twist.header.nanosec, six[0], six[5], six[1],
+                        std::fabs(six[2]) + std::fabs(six[3]) + std::fabs(six[4]));
         }
     }
 

@@ -25,11 +25,11 @@ class Hears(Protocol):
         ...
 
 
-def ros2_settings(domain: int, **own: Any) -> RobotSettings:
-    """Return the settings of a robot on this machine."""
+def ros2_settings(domain: int, *, base: str = "differential", **own: Any) -> RobotSettings:
+    """Return the settings of a robot on this machine, with wheels as `base` says."""
     ros2 = {"domain": domain, "interface": "127.0.0.1", "zeros_s": 1.5, "reopen_s": 0.05}
     return RobotSettings.model_validate(
-        {"driver": "ros2", "ros2": ros2 | {"odometry": "/odom"} | own}
+        {"driver": "ros2", "base": base, "ros2": ros2 | {"odometry": "/odom"} | own}
     )
 
 

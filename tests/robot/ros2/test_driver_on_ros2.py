@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import pytest
 from tests.robot.ros2.base import Base, own_domain
 from tests.robot.ros2.robots import ros2_settings
 
+from wax.driver.interface import Limits
 from wax.robot.find_driver import make_driver, make_robot
 from wax.testing import DriverSafety
 
@@ -26,6 +28,7 @@ class TestByDds(DriverSafety):
 
     own: ClassVar[dict[str, Any]] = {}
     make = staticmethod(make_driver)
+    lateral_mps: ClassVar = 0.0
 
     @pytest.fixture(autouse=True)
     def _robot(self) -> Iterator[None]:
@@ -49,12 +52,16 @@ class TestByDds(DriverSafety):
     def test_it_is_what_was_configured(self, driver: Driver) -> None:
         """Kind and limits are known before it is opened; without a known timeout it has none."""
         assert driver.kind == "ros2"
-        assert (driver.limits.linear_mps, driver.limits.angular_rps) == (0.6, 1.5)
-        assert driver.limits.ttl_s is None
+        limits = replace(driver.limits, silence_s=None)
+        assert limits == Limits(0.6, 1.5, lateral_mps=self.lateral_mps)
 
 
 class TestByDdsInItsProcess(TestByDds):
+    """A base that moves sideways, too."""
+
+    own: ClassVar[dict[str, Any]] = {"base": "mecanum"}
     make = staticmethod(make_robot)
+    lateral_mps = 0.6
 
 
 class TestByDdsWithoutStandby(TestByDds):

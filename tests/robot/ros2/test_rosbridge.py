@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver
 
 CURVE = Twist(0.25, -0.5)
+SIDEWAYS = Twist(0.25, -0.5, 0.125)
 
 
 @pytest.fixture
@@ -374,13 +375,20 @@ def test_a_frozen_standby_holds_the_robot_until_another_is_ready(bridge: Bridge)
         driver.close()
 
 
+@pytest.mark.parametrize(("base", "lateral_mps"), [("differential", 0.0), ("omni", 0.6)])
+def test_it_moves_sideways_if_its_base_does(base: str, lateral_mps: float) -> None:
+    """The limits are the configuration's: they must be known before the robot answers."""
+    settings = ros2_settings(0, base=base, transport="rosbridge")
+    assert make_driver(settings, SystemClock()).limits.lateral_mps == lateral_mps
+
+
 def test_commands_follow_the_protocol() -> None:
     """A publish has its op, its topic and the message's members by their ROS names."""
-    assert json.loads(protocol.publish("/cmd_vel", CURVE)) == {
+    assert json.loads(protocol.publish("/cmd_vel", SIDEWAYS)) == {
         "op": "publish",
         "topic": "/cmd_vel",
         "msg": {
-            "linear": {"x": 0.25, "y": 0.0, "z": 0.0},
+            "linear": {"x": 0.25, "y": 0.125, "z": 0.0},
             "angular": {"x": 0.0, "y": 0.0, "z": -0.5},
         },
     }

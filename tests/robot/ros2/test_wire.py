@@ -33,6 +33,7 @@ MIN_ZEROS = 30
 """1.5 s at 20 Hz."""
 HALF = math.sqrt(0.5)
 CURVE = Twist(0.25, -0.5)
+SIDEWAYS = Twist(0.25, -0.5, 0.125)
 
 
 @pytest.fixture(params=[False, True], ids=["CycloneDDS", "Fast DDS"])
@@ -80,10 +81,10 @@ def assert_long_enough(zeros: list[Told], at_s: float) -> None:
 
 
 def test_set_points_arrive_unchanged(base: Base, driver: Driver) -> None:
-    """Both speeds arrive in their own members, and all others are zero."""
+    """Each speed arrives in its own member; one that the base lacks, and all others, are zero."""
     driven(base, driver, CURVE)
     base.forget()
-    feed(driver, CURVE, for_s=0.3)
+    feed(driver, SIDEWAYS, for_s=0.3)
     assert {told.twist for told in base.told()} == {CURVE}
     assert {told.others for told in base.told()} == {0.0}
 

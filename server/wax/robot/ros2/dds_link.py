@@ -91,7 +91,8 @@ class DdsLink:
         if self._writer is None:
             return
         said = idl.TwistMessage(
-            linear=idl.Vector3(x=twist.linear_mps), angular=idl.Vector3(z=twist.angular_rps)
+            linear=idl.Vector3(x=twist.linear_mps, y=twist.lateral_mps),
+            angular=idl.Vector3(z=twist.angular_rps),
         )
         with told(self._settings):
             self._writer.write(self._stamped(said, wall_ns) if self._settings.stamped else said)

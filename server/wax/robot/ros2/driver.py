@@ -43,7 +43,10 @@ class Ros2Robot(LineRobot):
         own = self._settings = settings.own(Ros2Settings)
         load(own)
         limits = Limits(
-            settings.max_linear_mps, settings.max_angular_rps, ttl_s=own.timeout_s or None
+            settings.max_linear_mps,
+            settings.max_angular_rps,
+            ttl_s=own.timeout_s or None,
+            lateral_mps=settings.lateral_mps,
         )
         core = Ros2Conversation(own, limits)
         self._session = Session(own, clock, core)

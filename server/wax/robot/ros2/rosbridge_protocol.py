@@ -92,7 +92,7 @@ def call(number: str, service: str, **arguments: object) -> str:
 def publish(topic: str, twist: Twist, *, stamp: tuple[int, str] | None = None) -> str:
     """Publish a set-point; `stamp` is the time in nanoseconds and the frame of a TwistStamped."""
     said: dict[str, Any] = {
-        "linear": {"x": twist.linear_mps, "y": 0.0, "z": 0.0},
+        "linear": {"x": twist.linear_mps, "y": twist.lateral_mps, "z": 0.0},
         "angular": {"x": 0.0, "y": 0.0, "z": twist.angular_rps},
     }
     if stamp is not None:
