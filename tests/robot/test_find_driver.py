@@ -105,6 +105,7 @@ def test_a_complete_class_is_accepted(plugin: Callable[[str], str], clock: FakeC
         (GOOD.replace(LIMITS, "limits = (1.0, 1.0)"), "must have a text as kind and Limits as"),
         (GOOD.replace(LIMITS, "limits = Limits(1.0, -1.0)"), "must have limits from 0 on; got Lim"),
         (GOOD.replace(LIMITS, "limits = Limits(float('nan'), 1.0)"), "must have limits from 0 on"),
+        (GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, lateral_mps=-1.0)"), "limits from 0 on"),
         (GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ['pan'])"), "name its axes in a tuple"),
         (
             GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, (5,))"),
@@ -130,6 +131,17 @@ def test_a_plugin_that_cannot_be_used_is_one_sentence(
     assert said.startswith("robot.driver: wooden_robot:Robot")
     assert sentence in said
     assert "\n" not in said
+
+
+def test_a_driver_that_cannot_move_sideways_says_so(
+    plugin: Callable[[str], str], clock: FakeClock
+) -> None:
+    """Neither an older third-party driver nor MAVLink takes a configuration that asks for it."""
+    wooden = plugin(GOOD)
+    for name in (wooden, "mavlink"):
+        assert make_driver(RobotSettings(driver=name), clock).limits.lateral_mps == 0.0
+        with pytest.raises(ConfigError, match=rf"^robot\.max_lateral_mps: {name} cannot"):
+            make_driver(RobotSettings(driver=name, base="omni"), clock)
 
 
 def test_a_missing_plugin_is_an_error(clock: FakeClock) -> None:
@@ -283,13 +295,14 @@ def test_a_driver_that_fails_while_it_is_built_ends_no_server(
     plugin: Callable[[str], str], clock: FakeClock, text: str, why: str
 ) -> None:
     """The log says why; the server keeps running, with the configured limits."""
-    settings = RobotSettings(driver=plugin(text), max_linear_mps=0.4)
+    settings = RobotSettings(driver=plugin(text), max_linear_mps=0.4, base="omni")
     with capture_logs() as logs:
         robot = make_robot(settings, clock)
     (told, _) = logs
     assert told["event"] == NOT_BUILT
     assert why in told["problem"]
-    assert (robot.limits.linear_mps, robot.limits.ttl_s) == (0.4, None)
+    assert (robot.limits.linear_mps, robot.limits.lateral_mps) == (0.4, 0.4)
+    assert robot.limits.ttl_s is None
     assert not robot.state().connected
     assert isinstance(robot, HasCamera)
 

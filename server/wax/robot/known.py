@@ -61,7 +61,11 @@ class Known(BaseModel):
         """Return what the configuration says about a driver that cannot be built."""
         return cls(
             kind=settings.driver,
-            limits=Limits(settings.max_linear_mps, settings.max_angular_rps),
+            limits=Limits(
+                settings.max_linear_mps,
+                settings.max_angular_rps,
+                lateral_mps=settings.lateral_mps,
+            ),
             senses=_SENSES,
             is_guess=True,
         )

@@ -23,12 +23,13 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
         (Twist(-0.3, 0.0), Sticks(0, -500), Velocity(-0.3, 0.0)),
         (Twist(0.0, 1.5), Sticks(-1000, 0), Velocity(0.0, -1.5)),
         (Twist(0.3, -0.75), Sticks(500, 500), Velocity(0.3, 0.75)),
+        (Twist(0.3, -0.75, 0.6), Sticks(500, 500), Velocity(0.3, 0.75)),
     ],
 )
 def test_left_is_negative_and_ahead_is_positive(
     twist: Twist, pushed: Sticks, wanted: Velocity
 ) -> None:
-    """Full stick is the limit; velocities stay in m/s and rad/s."""
+    """Full stick is the limit; velocities stay in m/s and rad/s; nothing goes sideways."""
     assert sticks(twist, LIMITS) == pushed
     assert velocity(twist, LIMITS) == wanted
 

@@ -1,6 +1,8 @@
 """Converts a set-point to the fields of MAVLink's two motion messages (pure).
 
-MAVLink's body frame is forward, right and down: turning left is negative there.
+MAVLink's body frame is forward, right and down: turning left is negative there. Nothing goes
+sideways: ArduPilot Rover reads only y and z of MANUAL_CONTROL, whatever the frame, and drives the
+length of a velocity ahead, even that of a velocity to the side (its `GCS_MAVLink_Rover.cpp`).
 """
 
 from __future__ import annotations

@@ -38,7 +38,8 @@ class MavlinkSettings(DriverSettings):
     """The mode in which the rover must be. guided: speeds in m/s and rad/s, which the rover keeps
     by its own sensors (it needs a position, and has its own time-out); manual: throttle and
     steering as shares of max_linear_mps and max_angular_rps, for one without a position; acro:
-    the same, with the rover holding the turn rate."""
+    the same, with the rover holding the turn rate. None moves an omni frame sideways: of our
+    messages ArduPilot reads only throttle and steering, and of a velocity only its length."""
     failsafe_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
     """After how long without us the rover must stop by itself. Its parameters (GUID_TIMEOUT,
     FS_GCS_ENABLE, FS_GCS_TIMEOUT, FS_TIMEOUT, FS_ACTION) are read at each connection; if they
