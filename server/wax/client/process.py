@@ -108,7 +108,8 @@ class OrderedOperator:
         """Reconnect as a reloaded page, with its controls unchanged."""
         old, new = self._operator, self._new()
         await new.connect()
-        new.linear, new.held = old.linear, old.held
+        new.linear, new.angular, new.lateral = old.linear, old.angular, old.lateral
+        new.held = old.held
         self._operator = new
         self._tell()
         await old.close()
