@@ -153,6 +153,7 @@ async def test_it_serves_until_it_is_stopped(
     assert status["robot"]["kind"] == "simulated"
     video = status["streams"]["video"]
     assert (video["problem"], video["dropped"], video["wanted"]) == (None, 0, [])
+    assert video["captured_fps"] < 10  # nobody needs it
     assert video["encoder"] == {"chosen": "libvpx", "ms": {}, "refused": {}, "failed": {}}
     audio = status["streams"]["audio"]
     assert (audio["failures"], audio["cut_ms"]) == (0, 0)

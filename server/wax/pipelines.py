@@ -139,6 +139,7 @@ class Pipelines:
                 self._picture_handler(),
                 name="camera",
                 clock=self._clock,
+                needed=self.video.slot.needed,
             )
         if sources.audio is not None:
             captures["audio"] = SourceThread(

@@ -6,12 +6,14 @@ import errno
 import os
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 import pytest
 from tests.turned_clock import TurnedClock
+from tests.until import until
 
 from wax.capture import camera as camera_module
 from wax.capture.camera import OpenCvCamera, open_device
@@ -36,6 +38,7 @@ class FakeDevice:
         self.frames = threading.Semaphore(0)
         self.unplugged = False
         self.damaged = 0
+        self.grabbed = self.decoded = 0
         self.released = threading.Event()
 
     def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
@@ -47,9 +50,11 @@ class FakeDevice:
 
     def grab(self) -> bool:
         self.frames.acquire(timeout=10)
+        self.grabbed += 1
         return not self.unplugged
 
     def retrieve(self) -> tuple[bool, Any]:
+        self.decoded += 1
         if self.damaged:
             self.damaged -= 1
             self.frames.release()
@@ -192,6 +197,28 @@ def test_a_hanging_camera_is_told_within_two_seconds(monkeypatch: pytest.MonkeyP
     assert not device.released.is_set()
     device.frames.release()
     assert device.released.wait(5)
+
+
+def test_only_frames_that_are_asked_for_are_decoded() -> None:
+    """The camera streams on while nobody reads, and the next read gets a new frame."""
+    device = FakeDevice()
+    source = camera(device)
+    source.open()
+    device.frames.release()
+    until(lambda: device.decoded == 1)
+    source.read()
+    device.frames.release(5)
+    until(lambda: device.grabbed == 6)
+    device.frame = np.zeros((480, 640, 3), np.uint8)
+    with ThreadPoolExecutor(1) as reader:
+        picture = reader.submit(source.read)
+        until(lambda: source._grabber is not None and source._grabber._is_asked)
+        device.frames.release(2)
+    assert picture.result().i420[:480].max() == 16
+    until(lambda: device.grabbed == 8)
+    device.frames.release()
+    source.close()
+    assert device.decoded == 2
 
 
 def test_a_damaged_frame_is_skipped() -> None:

@@ -56,18 +56,42 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device_thread, "_RETRY_S", 0.001)
 
 
+class RestingScript(Script):
+    """A source that may be left unread."""
+
+    rest_s = 4.0
+
+
+class Need(threading.Event):
+    """Records how long each rest may be; the rest takes no time unless it is unlimited."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rests_s: queue.Queue[float | None] = queue.Queue()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        self.rests_s.put(timeout)
+        return self.is_set()
+
+
 class Rig:
     """A source thread, what it delivers, and a clock that the test sets."""
 
-    def __init__(self, sink: Callable[[int], None] | None = None) -> None:
+    def __init__(
+        self,
+        sink: Callable[[int], None] | None = None,
+        source: Script | None = None,
+        needed: threading.Event | None = None,
+    ) -> None:
         self.clock = TurnedClock(0.0)
-        self.source = Script()
+        self.source = source or Script()
         self.items: queue.Queue[int] = queue.Queue()
         self.capture = SourceThread(
             self.source,
             sink or self.items.put,
             name="camera",
             clock=self.clock,
+            needed=needed,
         )
 
     def item(self) -> int:
@@ -175,6 +199,58 @@ def test_a_hanging_read_becomes_a_problem() -> None:
     assert rig.item() == 5
     assert rig.capture.problem is None
     assert rig.capture.failures == 0
+    rig.stop()
+
+
+def test_a_source_that_nobody_needs_rests() -> None:
+    """It is left unread for as long as it allows, and then once more read to see that it works."""
+    need = Need()
+    rig = Rig(source=RestingScript(), needed=need)
+    rig.capture.start()
+    for number in (1, 2):
+        rig.source.steps.put(number)
+        assert rig.item() == number
+        assert need.rests_s.get(timeout=WAIT_S) == 4.0
+    rig.source.steps.put(SourceError("It is unplugged."))
+    assert rig.problem() == says("It is unplugged.")
+    rig.stop()
+
+
+def test_who_needs_a_source_ends_its_rest() -> None:
+    """The next item is read at once, and so is every other while somebody needs them."""
+    need = threading.Event()
+    source = RestingScript()
+    source.rest_s = 3600.0
+    rig = Rig(source=source, needed=need)
+    rig.capture.start()
+    for number in (1, 2, 3):
+        rig.source.steps.put(number)
+    assert rig.item() == 1
+    assert rig.items.empty()
+    need.set()
+    assert [rig.item(), rig.item()] == [2, 3]
+    rig.stop()
+
+
+def test_stop_ends_a_rest() -> None:
+    """A source that rests is released as soon as it is to stop."""
+    source = RestingScript()
+    source.rest_s = 3600.0
+    rig = Rig(source=source, needed=threading.Event())
+    rig.capture.start()
+    rig.source.steps.put(1)
+    assert rig.item() == 1
+    rig.capture.request_stop()
+    assert rig.source.released.wait(WAIT_S)
+
+
+def test_a_source_that_may_not_rest_is_read_always() -> None:
+    """A source of another package may queue what is not read, and deliver it late."""
+    rig = Rig(needed=threading.Event())
+    rig.capture.start()
+    for number in (1, 2, 3):
+        rig.source.steps.put(number)
+    assert [rig.item() for _ in range(3)] == [1, 2, 3]
     rig.stop()
 
 

@@ -104,6 +104,19 @@ async def test_what_nobody_wants_is_not_encoded(hub: VideoHub) -> None:
     assert hub.counts()[SMALL] == 0
 
 
+async def test_the_pictures_are_needed_while_any_rendition_is(hub: VideoHub) -> None:
+    """From the first lane that wants a picture to the last, a source may not rest."""
+    assert not hub.slot.needed.is_set()
+    a, b = hub.add(OpenFence()), hub.add(OpenFence())
+    assert not hub.slot.needed.is_set()
+    hub.choose(a, BIG)
+    hub.choose(b, SMALL)
+    hub.choose(a, None)
+    assert hub.slot.needed.is_set()
+    hub.remove(b)
+    assert not hub.slot.needed.is_set()
+
+
 async def test_a_joiner_gets_a_keyframe_and_the_crowd_few(hub: VideoHub) -> None:
     """A viewer who joins can decode at once, yet many requests become one keyframe."""
     camera, first = Camera(hub), hub.add(OpenFence())

@@ -74,9 +74,11 @@ class OpenCvCamera:
     `captured_s` is when OpenCV received the frame.
 
     OpenCV's reads cannot be interrupted (V4L2 waits 10 s for a frame), so each opening has a thread
-    that grabs frames, and `read` gives up on it after 1.8 s. A hung thread is abandoned: it
-    releases the device when OpenCV returns.
+    that grabs every frame and decodes the next one after each `read` has begun, which gives up
+    on it after 1.8 s. A hung thread is abandoned: it releases the device when OpenCV returns.
     """
+
+    rest_s: Final = 1.0
 
     def __init__(
         self,
@@ -151,7 +153,7 @@ def _why_not_open(device: int | str) -> Sentence:
 
 
 class _Grabber:
-    """The thread that reads the camera and keeps its newest frame."""
+    """The thread that grabs every frame of the camera and decodes those that are asked for."""
 
     def __init__(self, make: Callable[[], VideoDevice], clock: Clock, device: int | str) -> None:
         self._make = make
@@ -159,6 +161,7 @@ class _Grabber:
         self._device = device
         self._condition = threading.Condition()
         self._opened = False
+        self._is_asked = True
         self._newest: tuple[NDArray[np.uint8], float] | None = None
         self._failure: SourceError | None = None
         self._stopping = False
@@ -174,8 +177,9 @@ class _Grabber:
                 )
 
     def newest(self, timeout_s: float) -> tuple[NDArray[np.uint8], float]:
-        """Return a frame not returned before."""
+        """Return a frame grabbed after this call, but for the first one."""
         with self._condition:
+            self._is_asked = self._newest is None
             self._condition.wait_for(lambda: self._newest or self._failure, timeout_s)
             found, self._newest = self._newest, None
             if found is None:
@@ -208,11 +212,13 @@ class _Grabber:
     def _grab(self, device: VideoDevice) -> None:
         if not device.grab():
             raise SourceError(Sentence("camera.stopped", {"camera": self._device}))
+        if not self._is_asked:
+            return
         captured_s = self._clock.now_s()
         good, bgr = device.retrieve()
         if good:  # otherwise a Motion JPEG picture is damaged: wait for the next
             with self._condition:
-                self._newest = (bgr, captured_s)
+                self._newest, self._is_asked = (bgr, captured_s), False
                 self._condition.notify_all()
 
     def _set_opened(self) -> None:

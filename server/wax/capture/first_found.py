@@ -48,6 +48,10 @@ class FirstCamera:
         """The chosen camera's source, for people."""
         return "auto" if self._device is None else str(self._device.source)
 
+    @property
+    def rest_s(self) -> float | None:
+        return getattr(self._source, "rest_s", None)
+
     def open(self) -> None:
         self.close()
         device = self._find()

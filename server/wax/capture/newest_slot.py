@@ -11,10 +11,12 @@ T = TypeVar("T")
 class NewestSlot(Generic[T]):
     """Holds one item; a newer one replaces it (source preventive skipping, thesis 2.9.3).
 
-    Any thread may put, and any number of threads may wait, each at its own pace.
+    Any thread may put, and any number of threads may wait, each at its own pace. While `needed` is
+    not set, nobody waits for new items, and a source may rest (`SourceThread`).
     """
 
     def __init__(self) -> None:
+        self.needed = threading.Event()
         self._condition = threading.Condition()
         self._item: T | None = None
         self._number = 0

@@ -51,6 +51,8 @@ class PiCamera:
     `captured_s` is when the sensor began to expose the first row, as libcamera reports it.
     """
 
+    rest_s: Final = 1.0
+
     def __init__(
         self,
         settings: VideoSettings,

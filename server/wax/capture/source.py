@@ -9,6 +9,10 @@ source is closed and opened again after a pause.
 
 After `read`, pictures are turned as ``rotate`` and ``mirror`` of the settings say; a class that
 turns them itself declares ``is_upright = True``.
+
+While nobody needs its pictures, a class that declares ``rest_s`` is read only once in so many
+seconds. It promises that, however long it was left unread, the next `read` returns a picture
+captured at most one period before the call.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from wax.device_thread import Device, DeviceThread
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    import threading
     from collections.abc import Callable
 
     from wax.clock import Clock
@@ -30,6 +31,9 @@ class SourceThread(DeviceThread, Generic[ItemT]):
 
     `name` is ``microphone``, or ``camera``, optionally followed by the camera's own name. `sink`
     is called from this object's thread; an error that it raises counts as one of the source.
+
+    While `needed` is not set, a source that declares ``rest_s`` is read just often enough to know
+    that it works. Once it is set, the next item is read at once.
     """
 
     def __init__(
@@ -39,9 +43,11 @@ class SourceThread(DeviceThread, Generic[ItemT]):
         *,
         name: str,
         clock: Clock,
+        needed: threading.Event | None = None,
     ) -> None:
         self._source = source
         self._sink = sink
+        self._needed = needed
         self._is_microphone = name == "microphone"
         super().__init__(
             source,
@@ -61,6 +67,14 @@ class SourceThread(DeviceThread, Generic[ItemT]):
                 return
             self._mark_working()
             self._sink(item)
+            rest_s = getattr(self._source, "rest_s", None)
+            if rest_s is not None and self._needed is not None:
+                self._needed.wait(rest_s)
+
+    def request_stop(self) -> None:
+        super().request_stop()
+        if self._needed is not None:
+            self._needed.set()
 
     def _failed(self, why: str) -> Sentence:
         return Sentence(

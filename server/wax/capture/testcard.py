@@ -67,6 +67,7 @@ class TestCardVideo:
     """
 
     is_upright: Final = True
+    rest_s: Final = 1.0
     __test__ = False  # keeps pytest from collecting it by its name
 
     def __init__(

@@ -43,6 +43,10 @@ class Upright:
     def name(self) -> str:
         return str(getattr(self._source, "name", "of the robot"))
 
+    @property
+    def rest_s(self) -> float | None:
+        return getattr(self._source, "rest_s", None)
+
     def open(self) -> None:
         self._source.open()
 

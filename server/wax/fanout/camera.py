@@ -39,7 +39,11 @@ class Camera:
         self._put = put
         self._blank = blank
         self._capture = SourceThread(
-            source, self._take, name=f"camera {settings.name}", clock=clock
+            source,
+            self._take,
+            name=f"camera {settings.name}",
+            clock=clock,
+            needed=self.hub.slot.needed,
         )
 
     @property

@@ -183,6 +183,10 @@ class VideoHub:
             if not wanted and name not in self._shared:
                 del self._renditions[name]
                 rendition.request_stop()
+        if self.wanted:
+            self.slot.needed.set()
+        else:
+            self.slot.needed.clear()
 
     def _from_thread(self, picture: EncodedPicture) -> None:
         if self._loop is not None and not self._loop.is_closed():

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.until import until
 
 from wax.capture.source import Picture, Sound
+from wax.clock import SystemClock
 from wax.errors import ProtocolError, SourceError
 from wax.robot.media.link import STARTING, MediaProcessLink, SenseError
 from wax.robot.media.messages import NEXT, Answer, decode, encode
-from wax.robot.media.outlets import checked_picture, checked_sound
+from wax.robot.media.outlets import CameraOutlet, checked_picture, checked_sound
 from wax.robot.media.picture_memory import PictureMemory, make_memory
 from wax.robot.media.senses import RemoteCamera, RemoteMicrophone
 from wax.sentence import Sentence
@@ -192,6 +194,46 @@ def test_an_answer_without_a_picture_is_no_picture(link: MediaProcessLink, far: 
     with pytest.raises(SourceError, match="microphone delivers nothing"):
         RemoteMicrophone(link, nothing).read()
     thread.join()
+
+
+class Sleeper:
+    """A camera that may rest, and counts its pictures in their pixels."""
+
+    rest_s = 0.0
+
+    def __init__(self) -> None:
+        self.made = 0
+
+    def open(self) -> None: ...
+
+    def read(self) -> Picture:
+        self.made += 1
+        return Picture(np.full((3, 2), self.made, np.uint8), float(self.made))
+
+    def close(self) -> None: ...
+
+
+def test_a_camera_that_may_rest_takes_one_picture_for_each_request(link: MediaProcessLink) -> None:
+    """A picture that nobody asks for is not taken, and none that is sent is older than its request.
+
+    Only the first is taken unasked, when the camera opens.
+    """
+    ours, theirs = Pipe()
+    descriptor = make_memory()
+    link.attach(ours, descriptor)
+    sleeper = Sleeper()
+    outlet = CameraOutlet(
+        lambda: sleeper, theirs, PictureMemory(descriptor), name="camera", clock=SystemClock()
+    )
+    outlet.start()
+    until(lambda: sleeper.made == 1)
+    remote = RemoteCamera(link, nothing)
+    assert [remote.read().captured_s for _ in range(5)] == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert sleeper.made == 5
+    outlet.stop()
+    link.detach(GONE)
+    ours.close()
+    os.close(descriptor)
 
 
 def yuv(*shape: int) -> Any:

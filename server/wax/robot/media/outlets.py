@@ -68,6 +68,12 @@ class _Made:
             self._source = self._make()
         self._source.open()
 
+    @property
+    def rest_s(self) -> float | None:
+        """As long as the server does not ask, if the source may rest at all."""
+        may_rest = getattr(self._source, "rest_s", None) is not None
+        return threading.TIMEOUT_MAX if may_rest else None
+
     def read(self) -> Any:
         return self._check(self._source.read())
 
@@ -94,7 +100,10 @@ class _SourceOutlet:
 
 
 class CameraOutlet(_SourceOutlet):
-    """Writes the newest picture into memory when the server asks for one."""
+    """Writes the newest picture into memory when the server asks for one.
+
+    A camera that may rest takes one picture for each request: the server asks as often as it needs.
+    """
 
     def __init__(
         self,
@@ -109,10 +118,18 @@ class CameraOutlet(_SourceOutlet):
         self._memory = memory
         self._seen = 0
         source = _Made(make, checked_picture)
-        self._source = SourceThread(source, self._slot.put, name=name, clock=clock)
+        self._source = SourceThread(
+            source, self._put, name=name, clock=clock, needed=self._slot.needed
+        )
         self._answers = _Answers(connection, self._next, name)
 
+    def _put(self, picture: Picture) -> None:
+        self._slot.needed.clear()  # first: the next request may come before `put` returns
+        self._slot.put(picture)
+
     def _next(self, _question: bytes) -> bytes:
+        if self._slot.count == self._seen:
+            self._slot.needed.set()
         while (found := self._slot.newer_than(self._seen, _LOOK_S)) is None:
             if (problem := self._source.problem) is not None:
                 return encode(Answer(problem=problem))

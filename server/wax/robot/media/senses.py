@@ -27,6 +27,8 @@ _CLOSE_S: Final = 0.2
 class RemoteCamera:
     """A `VideoSource`; `start` starts the process if it is not running yet."""
 
+    rest_s: Final = 1.0
+
     def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
         self._link = link
         self._start = start

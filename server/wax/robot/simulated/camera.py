@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from wax.capture.source import Picture
 from wax.errors import SourceError
@@ -35,6 +35,8 @@ class SimulatedCamera:
     `artist` makes one for a width and a height; `look` returns the robot's pose, whose time is the
     picture's capture time. `is_lit` adds the light of the robot's lamp.
     """
+
+    rest_s: Final = 1.0
 
     def __init__(
         self,
