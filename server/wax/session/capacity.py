@@ -185,7 +185,7 @@ class Capacity:
             >= (_YIELDS_SOON_S if self._is_behind(one.address, now_s) else YIELDS_S)
             for one in self._silent
         )
-        answers = min(self._answers.level(now_s), free + yielding)
+        answers = min(int(self._answers.level(now_s)), free + yielding)
         return self._newcomers.has_turn(address, answers, now_s) and self._answers.take(now_s)
 
     def _to_evict(self, now_s: float, *, is_behind: bool) -> _Silent | None:

@@ -1,7 +1,7 @@
 """Whose offer is answered next while more newcomers ask than can be answered. Pure.
 
-Every other answer is for the address that has waited longest, asking again as told, and the others
-are for the one that came last. So neither those who ask once, nor those who have asked all the
+Half of the answers are for the addresses that have waited longest, asking again as told, and half
+for those that came last. So neither those who ask once, nor those who have asked all the
 time, keep out somebody who comes after them. In both orders networks take turns, since one sender
 may have all addresses of a network.
 """
@@ -24,8 +24,6 @@ _KEEPS_S: Final = 4.0
 """Whoever asks again within this has waited since before: a page does after 1.2 s, two round trips
 and 2 s for its candidates."""
 _NEW_AGAIN_S: Final = 60.0
-_SPARE: Final = 4
-"""Unused answers beyond these are for both: some whose turn it is do not come for theirs."""
 _MOST: Final = 4096
 _NETWORK_BITS: Final = {4: 24, 6: 48}
 
@@ -48,8 +46,9 @@ class Newcomers:
     def __init__(self) -> None:
         self._asked = BoundedDict[str, _Newcomer](_MOST)
         self._is_for_last = False
+        """Whether an odd answer is."""
 
-    def has_turn(self, address: str, answers: float, now_s: float) -> bool:
+    def has_turn(self, address: str, answers: int, now_s: float) -> bool:
         """Whether an address that asks now gets one of so many answers; if so, it took one."""
         own = self._asked.get(address)
         if own is None or now_s - own.asked_s > _NEW_AGAIN_S:
@@ -58,18 +57,16 @@ class Newcomers:
             own.since_s = now_s
         own.asked_s, own.waits = now_s, True
         self._asked[address] = own
-        for_longest = for_last = int(answers)
-        if self._is_for_last:
-            for_longest -= _SPARE
+        # Each half is kept until the one whose turn it is asks, however often others ask before.
+        for_longest = (answers + (not self._is_for_last)) // 2
+        for_last = answers - for_longest
+        if self._is_among(for_longest, own, lambda one: one.since_s < own.since_s):
+            self._is_for_last = True
+        elif self._is_among(for_last, own, lambda one: one.came_s > own.came_s):
+            self._is_for_last = False
         else:
-            for_last -= _SPARE
-        if not (
-            self._is_among(for_longest, own, lambda one: one.since_s < own.since_s)
-            or self._is_among(for_last, own, lambda one: one.came_s > own.came_s)
-        ):
             return False
         own.waits = False
-        self._is_for_last = not self._is_for_last
         return True
 
     def forget(self, address: str) -> None:
@@ -86,7 +83,10 @@ class Newcomers:
                 break
             if one.waits:
                 waiting[one.network] += 1
-                before[one.network] += precedes(one)
+                if precedes(one):
+                    before[one.network] += 1
+                    if len(before) > first:  # each other network has one turn before this address
+                        return False
         rounds = before[own.network]
         del waiting[own.network]
         others = (
