@@ -196,7 +196,8 @@ def _h264(rendition: RenditionSettings) -> av.VideoCodecContext:
     context = _context("libx264", rendition)
     context.profile = "Baseline"
     context.options = _steady(rendition) | {
-        "preset": "veryfast",
+        # As sharp as "veryfast" but for 0.003 of SSIM, in 2/3 of its time; "ultrafast" loses 0.015.
+        "preset": "superfast",
         "tune": "zerolatency",
         # Threads within one small picture cost more than they gain.
         "x264-params": "scenecut=0:sliced-threads=0:threads=1",
