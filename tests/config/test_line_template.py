@@ -112,7 +112,7 @@ def test_no_line_takes_long(between: str) -> None:
         ("m }", "has a brace without its other half"),
         ("m {left}\\r", "has a backslash, not an end of line; write it in double quotes"),
         ("m {left}é", "has characters that are not ASCII"),
-        ("m" * 81, "is 81 characters long; a line has at most 80"),
+        ("m" * 121, "is 121 characters long; a line has at most 120"),
     ],
 )
 def test_what_is_more_than_a_line_is_refused(text: str, why: str) -> None:

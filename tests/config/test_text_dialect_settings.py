@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from wax.clock import SystemClock
 from wax.config import settings as config
 from wax.errors import ConfigError
+from wax.robot.build_driver import make_driver
 from wax.robot.serial.advice import advised
 
 if TYPE_CHECKING:
@@ -68,7 +70,26 @@ def test_every_line_may_be_written() -> None:
         ({"ask": ["é"]}, "text.ask: 'é' has characters that are not ASCII"),
         ({"reports": ["{volt}"]}, "text.reports: there is no {volt} here"),
         ({"reports": ["V={_}"]}, "text.reports: 'V={_}' tells nothing"),
-        ({"reports": ["{left_ticks}"]}, "those of both must be in one line"),
+        ({"reports": ["{left_ticks}"]}, "the ticks of all wheels must be in one line"),
+        ({"drive": "{linear} {lateral}\r"}, "has no {angular}; without it the robot cannot steer"),
+        ({"drive": "{lateral}\r"}, "has no {linear}; without it the robot cannot steer"),
+        ({"drive": "{front_left} {back_left}"}, "has no {front_right}; without it"),
+        ({"drive": "{left} {back}"}, "has no {right}; without it the robot cannot steer"),
+        ({"drive": "{left} {front_left}"}, "no base has the wheels left, front_left"),
+        ({"reports": ["{left_ticks} {back_ticks}"]}, "has no {right_ticks}; the ticks of all"),
+        (
+            {"drive": "{left} {right} {back}"},
+            'robot: serial.text.drive has the wheels left, right, back, but base = "differential"'
+            " has left, right; write those, or another base",
+        ),
+        (
+            {
+                "reports": [
+                    "{front_left_ticks} {front_right_ticks}{back_left_ticks}{back_right_ticks}"
+                ]
+            },
+            "robot: serial.text.reports has the wheels front_left, front_right, back_left, back_ri",
+        ),
         ({"axis": [{"line": "s\r"}]}, "text.axis[0].line: has no {position}"),
         ({"axis": [{"line": "s{position}\r"}]}, "axes has 0 names and text.axis 1 lines"),
         ({"per_mps": 0.0}, "robot.serial.text: per_mps is missing: what number"),
@@ -78,7 +99,7 @@ def test_every_line_may_be_written() -> None:
         ),
         ({"ttl_ms": 150}, "keep_alive_ms is 100 and ttl_ms 150; say the line at least twice"),
         ({"answers": "OK", "answer_ms": 150}, "keep_alive_ms is 100 and answer_ms 150; an answer"),
-        ({"drive": "m" * 81}, "got"),
+        ({"drive": "m" * 121}, "got"),
         ({"begin": [""]}, "text.begin[0]: got"),
         ({"ttl_ms": -1}, "text.ttl_ms: got -1; allowed is a whole number from 0 to 10000"),
     ],
@@ -90,6 +111,33 @@ def test_what_is_wrong_is_one_sentence(change: dict[str, Any], why: str) -> None
     message = str(refused.value)
     assert message.count("\n") == 1, message
     assert why in message
+
+
+@pytest.mark.parametrize(
+    ("base", "drive", "is_told"),
+    [
+        ("differential", "{left} {right}", False),
+        ("differential", "{linear} {angular}", False),
+        ("differential", "{linear} {lateral} {angular}", True),
+        ("mecanum", "{front_left} {front_right} {back_left} {back_right}", True),
+        ("mecanum", "{linear} {angular}", False),
+        ("omni", "{left} {right} {back}", True),
+    ],
+)
+def test_a_board_moves_sideways_if_its_line_says_so(
+    base: str, drive: str, *, is_told: bool
+) -> None:
+    """The line has {lateral}, or the wheels of such a base; else the driver is refused."""
+    text = {"drive": drive, "per_mps": 1000.0, "per_rps": 1000.0}
+    serial = {"dialect": "text", "text": text}
+    robot = {"driver": "serial", "base": base, "max_lateral_mps": 0.4, "serial": serial}
+    settings = config.parse({"robot": robot}, "x").robot
+    assert settings.serial.text.moves_sideways == is_told
+    if is_told:
+        assert make_driver(settings, SystemClock()).limits.lateral_mps == 0.4
+    else:
+        with pytest.raises(ConfigError, match=r"^robot\.max_lateral_mps: serial cannot move"):
+            make_driver(settings, SystemClock())
 
 
 def test_lines_of_another_dialect_need_not_be_whole() -> None:

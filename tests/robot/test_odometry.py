@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -15,22 +16,23 @@ PER_M = 2000.0
 BASE_M = 0.3
 
 
-def odometry(**robot: bool) -> Odometry:
+def odometry(**robot: Any) -> Odometry:
     settings = {"wheel_base_m": BASE_M, "serial": {"ticks_per_m": PER_M}, **robot}
     return Odometry(RobotSettings.model_validate(settings))
 
 
-def after(*reports: tuple[int, int, float], **robot: bool) -> Odometry:
+def after(*reports: tuple[Any, ...], **robot: Any) -> Odometry:
+    """Take reports of the wheels' ticks and their time."""
     found = odometry(**robot)
-    for left, right, at_s in reports:
-        found.take(left, right, at_s)
+    for *ticks, at_s in reports:
+        found.take(ticks, at_s)
     return found
 
 
 def test_one_report_is_not_enough() -> None:
     """Before the second there is neither pose nor speed."""
     assert odometry().pose is None
-    assert (after((5, 5, 0.0)).pose, after((5, 5, 0.0)).speeds) == (None, None)
+    assert (after((5, 5, 0.0)).pose, after((5, 5, 0.0)).speeds) == (None, {})
 
 
 def test_straight_ahead() -> None:
@@ -38,8 +40,7 @@ def test_straight_ahead() -> None:
     found = after((100, 100, 1.0), (2100, 2100, 3.0))
     assert found.pose is not None
     assert (found.pose.x_m, found.pose.y_m, found.pose.heading_rad) == (1.0, 0.0, 0.0)
-    assert found.speeds is not None
-    assert (found.speeds.left_mps, found.speeds.right_mps) == (0.5, 0.5)
+    assert found.speeds == {"left": 0.5, "right": 0.5}
 
 
 def test_a_quarter_to_the_left() -> None:
@@ -75,8 +76,7 @@ def test_an_inverted_wheel_counts_backward() -> None:
 def test_counters_may_wrap() -> None:
     """After the largest 32-bit number ticks continue with the smallest."""
     found = after((2**31 - 50, -(2**31) + 50, 0.0), (-(2**31) + 50, 2**31 - 50, 1.0))
-    assert found.speeds is not None
-    assert (found.speeds.left_mps, found.speeds.right_mps) == (0.05, -0.05)
+    assert found.speeds == {"left": 0.05, "right": -0.05}
 
 
 @pytest.mark.parametrize("wheel", [0, 1])
@@ -84,9 +84,9 @@ def test_counters_that_restart_move_nothing(wheel: int) -> None:
     """After an impossible step the position is kept, and pose and speed are unknown at first."""
     jumped = (500_000, 0) if wheel == 0 else (0, -500_000)
     found = after((0, 0, 0.0), (2000, 2000, 1.0), (2000 + jumped[0], 2000 + jumped[1], 1.05))
-    assert found.speeds is None
+    assert found.speeds == {}
     assert found.pose is None
-    found.take(3000 + jumped[0], 3000 + jumped[1], 2.05)
+    found.take((3000 + jumped[0], 3000 + jumped[1]), 2.05)
     assert found.pose is not None
     assert found.pose.x_m == 1.5
 
@@ -94,22 +94,22 @@ def test_counters_that_restart_move_nothing(wheel: int) -> None:
 def test_a_possible_step_counts() -> None:
     """10 m/s plus 20 cm is possible; one tick more is not."""
     most = round((10.0 * 0.1 + 0.2) * PER_M)
-    assert after((0, 0, 0.0), (most, most, 0.1)).speeds is not None
-    assert after((0, 0, 0.0), (most, most + 1, 0.1)).speeds is None
+    assert after((0, 0, 0.0), (most, most, 0.1)).speeds
+    assert not after((0, 0, 0.0), (most, most + 1, 0.1)).speeds
 
 
 def test_two_reports_of_one_moment_have_no_speed() -> None:
     """Without elapsed time there is none."""
-    assert after((0, 0, 1.0), (10, 10, 1.0)).speeds is None
+    assert after((0, 0, 1.0), (10, 10, 1.0)).speeds == {}
 
 
 def test_a_new_connection_keeps_the_position() -> None:
     """Counters from before a reconnection are not compared with later ones."""
     found = after((0, 0, 0.0), (2000, 2000, 1.0))
     found.forget()
-    assert (found.pose, found.speeds) == (None, None)
-    found.take(70, 70, 5.0)
-    found.take(70, 70, 6.0)
+    assert (found.pose, found.speeds) == (None, {})
+    found.take((70, 70), 5.0)
+    found.take((70, 70), 6.0)
     assert found.pose is not None
     assert found.pose.x_m == 1.0
 
@@ -117,9 +117,37 @@ def test_a_new_connection_keeps_the_position() -> None:
 def test_without_a_scale_nothing_is_known() -> None:
     """Ticks of unknown length give neither speed nor pose."""
     found = Odometry(RobotSettings())
-    found.take(0, 0, 0.0)
-    found.take(10, 10, 1.0)
-    assert (found.pose, found.speeds) == (None, None)
+    found.take((0, 0), 0.0)
+    found.take((10, 10), 1.0)
+    assert (found.pose, found.speeds) == (None, {})
+
+
+@pytest.mark.parametrize(
+    ("base", "ticks", "at"),
+    [
+        ("mecanum", (-1000, 1000, 1000, -1000), (0.0, 0.5)),
+        ("mecanum", (0, 2000, 2000, 0), (0.5, 0.5)),
+        ("omni", (-500, 500, 1000), (0.0, 0.5)),
+    ],
+)
+def test_wheels_that_roll_sideways_move_the_pose_there(
+    base: str, ticks: tuple[int, ...], at: tuple[float, float]
+) -> None:
+    """Four mecanum wheels, or three omni wheels, tell how far the robot moved to the left."""
+    found = after((*[0] * len(ticks), 0.0), (*ticks, 1.0), base=base)
+    assert found.pose is not None
+    assert (found.pose.x_m, found.pose.y_m) == pytest.approx(at)
+    assert found.pose.heading_rad == pytest.approx(0.0)
+    assert len(found.speeds) == len(ticks)
+
+
+def test_both_wheels_of_an_inverted_side_count_backward() -> None:
+    """The encoders of both motors of the left side are inverted, too."""
+    found = after(
+        (0, 0, 0, 0, 0.0), (-2000, 2000, -2000, 2000, 1.0), base="mecanum", invert_left=True
+    )
+    assert found.pose is not None
+    assert (found.pose.x_m, found.pose.y_m, found.pose.heading_rad) == (1.0, 0.0, 0.0)
 
 
 numbers = st.integers(-(10**12), 10**12)

@@ -27,7 +27,12 @@ def dialect(robot: dict[str, Any] | None = None, baud: int = 4_000_000, **text: 
     axes = [f"axis_{number}" for number in range(len(text.get("axis", [])))]
     serial = {"dialect": "text", "baud": baud, "text": lines, "axes": axes}
     settings = RobotSettings.model_validate({"serial": serial, **(robot or {})})
-    limits = Limits(settings.max_linear_mps, settings.max_angular_rps, axes=tuple(axes))
+    limits = Limits(
+        settings.max_linear_mps,
+        settings.max_angular_rps,
+        axes=tuple(axes),
+        lateral_mps=settings.lateral_mps,
+    )
     return TextDialect(settings, WheelMixer(settings), limits)
 
 
@@ -76,6 +81,31 @@ def says(one: TextDialect, order: Order, now_s: float) -> tuple[bytes, float]:
 def test_a_motion_is_said_to_scale(text: dict[str, Any], order: Order, line: bytes) -> None:
     """A motion is sent in the template's units and format, never beyond its limit."""
     assert begun(**text).data_to_send(order, 1.01)[0] == line
+
+
+MIXED = {"drive": "m {front_left} {front_right} {back_left} {back_right}\r"}
+TOLD = {"drive": "{linear} {lateral} {angular}\n", "per_mps": 1000.0, "per_rps": 1000.0}
+
+
+@pytest.mark.parametrize(
+    ("base", "text", "twist", "line"),
+    [
+        ("mecanum", MIXED, Twist(0.0, 0.0, 0.5), b"m -500 500 500 -500\r"),
+        ("mecanum", MIXED, Twist(0.3, 0.0, 0.3), b"m 0 600 600 0\r"),
+        ("mecanum", MIXED | {"limit": 300.0}, Twist(0.3, 0.0, 0.3), b"m 0 300 300 0\r"),
+        ("omni", {"drive": "{left} {right} {back}\n"}, Twist(0.0, 0.0, 0.4), b"-200 200 400\n"),
+        ("mecanum", TOLD, Twist(0.3, 0.1, -0.2), b"300 -200 100\n"),
+        ("mecanum", TOLD | {"limit": 100.0}, Twist(0.3, 0.1, -0.2), b"100 -67 33\n"),
+    ],
+)
+def test_a_motion_sideways_is_said_to_scale(
+    base: str, text: dict[str, Any], twist: Twist, line: bytes
+) -> None:
+    """The line has all wheels of the base, or the robot's speed sideways beside the others."""
+    one = dialect({"base": base, "wheel_base_m": 0.3}, **text)
+    one.hello(1.0)
+    one.data_to_send(STAND, 1.001)
+    assert one.data_to_send(Order(twist, 1), 1.01)[0] == line
 
 
 def test_limits_trim_and_direction_are_the_robots() -> None:

@@ -113,6 +113,22 @@ def test_ticks_that_change_are_motion() -> None:
     assert told.pose is not None
 
 
+FOUR = "{front_left_ticks} {front_right_ticks} {back_left_ticks} {back_right_ticks}"
+
+
+def test_ticks_of_four_wheels_are_the_pose_of_a_mecanum_base() -> None:
+    """They tell how far it moved sideways, whether it moves, and how fast each wheel turned."""
+    serial = {"text": {"reports": [FOUR]}, "ticks_per_m": 1000.0}
+    told = Reports(RobotSettings.model_validate({"base": "mecanum", "serial": serial}))
+    told.parse_line("0 0 0 0", 0.0)
+    told.parse_line("-100 100 100 -100", 0.2)
+    assert told.moving(0.2) is True
+    assert told.pose is not None
+    assert (told.pose.x_m, told.pose.y_m) == pytest.approx((0.0, 0.1))
+    assert told.known()["back_left_ticks"] == 100.0
+    assert told.known()["front_left_mps"] == pytest.approx(-0.5)
+
+
 def test_a_flag_alone_does_not_hide_ticks() -> None:
     """Either sign of motion is enough."""
     told = reports("{moving} {left_ticks} {right_ticks}")

@@ -1,24 +1,33 @@
-"""From a twist to the speeds of two wheels."""
+"""From a twist to the speeds of the wheels, and back."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wax.config.bases import WHEELS_OF
 from wax.config.robot import RobotSettings
-from wax.driver.interface import Twist
-from wax.robot.wheels import MAX_WHEEL_MPS, WheelMixer, WheelSpeeds
+from wax.driver.interface import Pose, Twist
+from wax.robot.wheels import MAX_WHEEL_MPS, WheelGeometry, WheelMixer
+
+if TYPE_CHECKING:
+    from wax.config.bases import Base
+
+BASES = st.sampled_from(list(WHEELS_OF))
+SHARES = st.floats(-1, 1)
 
 
-def mixed(twist: Twist, **settings: object) -> WheelSpeeds:
+def mixed(twist: Twist, **settings: object) -> dict[str, float]:
     return WheelMixer(RobotSettings.model_validate(settings)).mix(twist)
 
 
-def both(wheels: WheelSpeeds) -> tuple[float, float]:
-    return wheels.left_mps, wheels.right_mps
+def both(wheels: dict[str, float]) -> tuple[float, ...]:
+    assert list(wheels) == ["left", "right"]
+    return tuple(wheels.values())
 
 
 def test_straight_and_on_the_spot() -> None:
@@ -68,4 +77,130 @@ def test_no_wheel_is_faster_than_a_frame_can_carry() -> None:
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_nan_and_infinity_are_standstill(bad: float) -> None:
     """Neither reaches a wheel."""
-    assert mixed(Twist(bad, 0.3)) == mixed(Twist(0.3, bad)) == WheelSpeeds(0.0, 0.0)
+    standstill = {"left": 0.0, "right": 0.0}
+    assert mixed(Twist(bad, 0.3)) == mixed(Twist(0.3, bad)) == standstill
+    sideways = mixed(Twist(0.3, 0.3, bad), base="omni")
+    assert sideways == {"left": 0.0, "right": 0.0, "back": 0.0}
+
+
+# --- bases that move sideways -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("twist", "wheels"),
+    [
+        (Twist(0.3, 0.0), (0.3, 0.3, 0.3, 0.3)),
+        (Twist(0.0, 0.0, 0.3), (-0.3, 0.3, 0.3, -0.3)),
+        (Twist(0.0, 1.0), (-0.5, 0.5, -0.5, 0.5)),
+        (Twist(0.2, 0.0, 0.2), (0.0, 0.4, 0.4, 0.0)),
+    ],
+)
+def test_four_mecanum_wheels(twist: Twist, wheels: tuple[float, ...]) -> None:
+    """To the left, front right and back left roll ahead; on a diagonal to the left only they do."""
+    found = mixed(twist, base="mecanum", wheel_base_m=0.4, axle_base_m=0.6)
+    assert list(found) == ["front_left", "front_right", "back_left", "back_right"]
+    assert tuple(found.values()) == pytest.approx(wheels)
+
+
+@pytest.mark.parametrize(
+    ("twist", "wheels"),
+    [
+        (Twist(0.4, 0.0), (0.346, 0.346, 0.0)),
+        (Twist(0.0, 0.0, 0.4), (-0.2, 0.2, 0.4)),
+        (Twist(0.0, 1.0), (-0.2, 0.2, -0.2)),
+    ],
+)
+def test_three_omni_wheels(twist: Twist, wheels: tuple[float, ...]) -> None:
+    """Ahead the back wheel stands; turning left it drives its end to the right."""
+    found = mixed(twist, base="omni", omni_radius_m=0.2)
+    assert list(found) == ["left", "right", "back"]
+    assert tuple(found.values()) == pytest.approx(wheels, abs=0.001)
+
+
+@pytest.mark.parametrize("base", ["mecanum", "omni"])
+def test_a_diagonal_has_full_speed(base: str) -> None:
+    """At full speed in any direction no wheel needs slowing down, so that all are as fast."""
+    robot = RobotSettings.model_validate({"base": base, "max_linear_mps": 0.6})
+    mixer, geometry = WheelMixer(robot), WheelGeometry(robot)
+    for angle in range(0, 360, 15):
+        ahead, left = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        told = geometry.motion(list(mixer.mix(Twist(ahead * 0.6, 0.0, left * 0.6)).values()))
+        assert told.speed_mps == pytest.approx(0.6)
+
+
+@given(BASES, st.builds(Twist, SHARES, SHARES, SHARES), st.floats(0.05, 5), st.floats(0.05, 5))
+def test_the_wheels_speeds_give_the_twist_back(
+    base: Base, twist: Twist, length_m: float, width_m: float
+) -> None:
+    """From the wheels of any base its own motion is found again."""
+    sizes = {"wheel_base_m": width_m, "axle_base_m": length_m, "omni_radius_m": length_m}
+    geometry = WheelGeometry(RobotSettings.model_validate({"base": base, **sizes}))
+    back = geometry.motion(geometry.speeds_mps(twist))
+    assert back.linear_mps == pytest.approx(twist.linear_mps, abs=1e-9)
+    assert back.angular_rps == pytest.approx(twist.angular_rps, abs=1e-9)
+    left_mps = twist.lateral_mps if geometry.moves_sideways else 0.0
+    assert back.lateral_mps == pytest.approx(left_mps, abs=1e-9)
+
+
+@given(st.sampled_from(["mecanum", "omni"]), st.floats(-9, 9), st.floats(-9, 9), st.floats(-9, 9))
+def test_a_wheel_that_would_be_too_fast_slows_all_alike(
+    base: str, ahead: float, turn: float, left: float
+) -> None:
+    """Whatever is asked for, no wheel is too fast, and direction and curve are as asked for."""
+    robot = RobotSettings.model_validate({"base": base, "max_lateral_mps": 0.3})
+    mixer, geometry = WheelMixer(robot), WheelGeometry(robot)
+    wheels = list(mixer.mix(Twist(ahead, turn, left)).values())
+    assert max(map(abs, wheels)) <= mixer.fastest_mps * (1 + 1e-9)
+    told = geometry.motion(wheels)
+    for one, asked in (
+        (told.linear_mps * turn, told.angular_rps * ahead),
+        (told.linear_mps * left, told.lateral_mps * ahead),
+    ):
+        assert one == pytest.approx(asked, abs=1e-6)
+    assert told.linear_mps * ahead >= -1e-9
+    assert told.lateral_mps * left >= -1e-9
+
+
+def test_trim_and_inversion_belong_to_a_side() -> None:
+    """They apply to both wheels of a side; the back one of an omni base has neither."""
+    side = {"left_trim": 0.5, "invert_left": True}
+    mecanum = mixed(Twist(0.4, 0.0), base="mecanum", **side)
+    assert tuple(mecanum.values()) == pytest.approx((-0.2, 0.4, -0.2, 0.4))
+    omni = mixed(Twist(0.0, 0.0, 0.4), base="omni", **side)
+    assert tuple(omni.values()) == pytest.approx((0.1, 0.2, 0.4))
+
+
+@pytest.mark.parametrize("base", ["mecanum", "omni"])
+def test_a_pose_follows_the_wheels_along_the_arc(base: Base) -> None:
+    """Ahead, sideways and turning at once it goes where many small steps would lead."""
+    geometry = WheelGeometry(RobotSettings(base=base))
+    motion = Twist(0.3, 0.4, -0.2)
+    start = Pose(1.0, 2.0, 3.0)
+    pose = geometry.moved(start, geometry.speeds_mps(motion))
+    x_m, y_m, heading_rad = start.x_m, start.y_m, start.heading_rad
+    for _ in range(1000):
+        ahead_m, turned_rad, left_m = 0.0003, 0.0004, -0.0002
+        x_m += ahead_m * math.cos(heading_rad) - left_m * math.sin(heading_rad)
+        y_m += ahead_m * math.sin(heading_rad) + left_m * math.cos(heading_rad)
+        heading_rad += turned_rad
+    assert (pose.x_m, pose.y_m) == pytest.approx((x_m, y_m), abs=0.004)
+    assert pose.heading_rad == pytest.approx(heading_rad - math.tau)
+
+
+def test_a_base_of_the_configuration_may_be_driven_by_its_sides() -> None:
+    """For a board that is told two speeds, a base of any wheels has two sides."""
+    robot = RobotSettings(base="mecanum")
+    assert both(WheelMixer(robot, "differential").mix(Twist(0.3, 0.0))) == (0.3, 0.3)
+
+
+@pytest.mark.parametrize(("base", "moves"), [("differential", False), ("mecanum", True)])
+def test_which_bases_move_sideways(base: Base, *, moves: bool) -> None:
+    """A differential base does not; an omni base does although its wheels differ."""
+    assert WheelGeometry(RobotSettings(base=base)).moves_sideways == moves
+    assert WheelGeometry(RobotSettings(base="omni")).moves_sideways
+
+
+def test_a_slow_limit_sideways_does_not_slow_it_ahead() -> None:
+    """The fastest wheel counts, not the one that turns least."""
+    omni = mixed(Twist(0.6, 0.0), base="omni", max_lateral_mps=0.1, max_angular_rps=0.1)
+    assert tuple(omni.values()) == pytest.approx((0.52, 0.52, 0.0), abs=0.001)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-MAX_CHARS: Final = 80
+MAX_CHARS: Final = 120
 ANY: Final = "_"
 """The field of a number that is ignored."""
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 
+from wax.config.bases import Base
 from wax.config.serial import SerialSettings
 from wax.config.table import ConfigTable
 
@@ -31,7 +32,7 @@ class RobotSettings(ConfigTable):
     max_angular_rps: Annotated[float, Field(gt=0, le=20)] = 1.5
     """The highest turning speed, in radians a second. 1.5 is a quarter turn a second: at more,
     people overshoot when the picture is 200 ms late."""
-    base: Literal["differential", "mecanum", "omni"] = "differential"
+    base: Base = "differential"
     """How its wheels stand: two driven sides, four mecanum wheels, or three omni wheels at equal
     angles, of which one is at the back. A driver whose robot mixes its wheels itself ignores it."""
     max_lateral_mps: Annotated[float, Field(ge=0, le=10)] | Literal["auto"] = "auto"
@@ -51,19 +52,26 @@ class RobotSettings(ConfigTable):
     """The driver process stops the robot after this many milliseconds without a message from the
     server. 120 is six periods at 50 Hz."""
     wheel_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
-    """Metres between the two driven wheels: measure them, since turns depend on it."""
+    """Metres between the wheels on the left and those on the right: measure them, since turns
+    depend on it."""
+    axle_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
+    """Metres between the front and the rear axle of a mecanum base."""
+    omni_radius_m: Annotated[float, Field(gt=0, le=5)] = 0.15
+    """Metres from the middle of an omni base to each wheel."""
     width_m: Annotated[float, Field(ge=0, le=5)] = 0.0
     """Metres from its left to its right edge, for the path that the page draws on the picture. 0 is
     not known: one line is drawn for its middle, except for the simulated robot, which knows
     itself."""
     left_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
-    """The fraction of its speed that the left motor gets, for a robot that drifts to the right."""
+    """The fraction of its speed that the left motor gets, for a robot that drifts to the right. Of
+    four wheels, both on that side get it."""
     right_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
     """The fraction of its speed that the right motor gets, for a robot that drifts to the left."""
     invert_left: bool = False
-    """The left motor is wired the other way round."""
+    """The left motor, or both on that side, is wired the other way round. Where only one of the two
+    is, or an omni base's back one, swap its wires."""
     invert_right: bool = False
-    """The right motor is wired the other way round."""
+    """The right motor, or both on that side, is wired the other way round."""
     serial: SerialSettings = SerialSettings()
 
     @property
@@ -72,6 +80,12 @@ class RobotSettings(ConfigTable):
         if self.max_lateral_mps != "auto":
             return self.max_lateral_mps
         return 0.0 if self.base == "differential" else self.max_linear_mps
+
+    @model_validator(mode="after")
+    def _has_the_wheels_of_its_lines(self) -> Self:
+        if self.serial.dialect == "text":
+            self.serial.text.check_wheels(self.base)
+        return self
 
     def own(self, model: type[OwnT]) -> OwnT:
         """Return a driver's own table, with defaults for missing keys."""

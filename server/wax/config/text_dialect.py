@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Self
+from typing import TYPE_CHECKING, Annotated, Final, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from wax.config.allowed import said
+from wax.config.bases import WHEELS, WHEELS_OF
 from wax.config.line_template import ANY, MAX_CHARS, LineTemplate
 from wax.config.table import ConfigTable
 
-WHEELS: Final = ("left", "right")
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from wax.config.bases import Base
+
 TWIST: Final = ("linear", "angular")
+LATERAL: Final = "lateral"
+DRIVEN: Final = (*WHEELS, *TWIST, LATERAL)
+"""The fields of the line that drives the robot."""
 POSITION: Final = "position"
-TICKS: Final = ("left_ticks", "right_ticks")
+TICKS: Final = {f"{wheel}_ticks": wheel for wheel in WHEELS}
 REPORTED: Final = (
     "battery_v",
     "battery_dv",
@@ -56,8 +64,10 @@ class TextAxisSettings(ConfigTable):
 class TextDialectSettings(ConfigTable):
     r"""The lines of the dialect "text". A line is text in double quotes, "\r" and "\n" its end as
     the board wants it. {left} and {right} are the wheels' speeds, {linear} and {angular} the
-    robot's; {left} is a whole number, {left:.2f} has two decimals. ros-arduino-bridge.toml and
-    roboteq.toml are examples.
+    robot's; {left} is a whole number, {left:.2f} has two decimals. The wheels of a mecanum base are
+    {front_left}, {front_right}, {back_left} and {back_right}, those of an omni base {left}, {right}
+    and {back}, which is positive where it drives to the left; for a board that mixes by itself,
+    {lateral} is the speed to the left. ros-arduino-bridge.toml and roboteq.toml are examples.
     """
 
     drive: Line = ""
@@ -74,7 +84,7 @@ class TextDialectSettings(ConfigTable):
     """The same of turning, where the line has {angular}: 1 for radians a second, 57.3 for
     degrees."""
     limit: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """The largest number that the line may say, such as 255 or 1000; both are reduced together, so
+    """The largest number that the line may say, such as 255 or 1000; all are reduced together, so
     that a curve stays the same. 0: there is no limit."""
     ttl_ms: Annotated[int, Field(ge=0, le=10_000)] = 0
     """Milliseconds without a line after which the board stops by itself: look for a timeout in its
@@ -105,7 +115,7 @@ class TextDialectSettings(ConfigTable):
     """What the board tells, such as "V={battery_v}" or "{left_ticks} {right_ticks}". It may name
     {battery_v}, {battery_dv} (tenths of a volt), {battery_mv}, {bumpers} (a bit each), {moving}
     (0 if not), {left} and {right} (speeds in any unit), {left_ticks} and {right_ticks}, and {_}
-    for a number of no interest."""
+    for a number of no interest; of another base, its own wheels."""
     axis: Annotated[list[TextAxisSettings], Field(max_length=4)] = []
     r"""The lines of [robot.serial] axes, one table for each and in their order, such as
     [[robot.serial.text.axis]] with line = "s 9 {position}\r"."""
@@ -113,14 +123,15 @@ class TextDialectSettings(ConfigTable):
     @field_validator("drive")
     @classmethod
     def _drives(cls, line: str) -> str:
-        names = set(LineTemplate(line, (*WHEELS, *TWIST)).names)
-        pairs = [pair for pair in (WHEELS, TWIST) if names & set(pair)]
-        if line and not pairs:
+        names = set(LineTemplate(line, DRIVEN).names)
+        if line and not names:
             raise ValueError(
                 f"{line!r} has no place for a speed; write {{left}} and {{right}} for the wheels,"
                 " or {linear} and {angular}"
             )
-        missing = next((name for pair in pairs for name in pair if name not in names), None)
+        missing = _missing(names & set(WHEELS))
+        if missing is None and not names.isdisjoint({*TWIST, LATERAL}):
+            missing = next((name for name in TWIST if name not in names), None)
         if missing is not None:
             raise ValueError(f"{line!r} has no {{{missing}}}; without it the robot cannot steer")
         return line
@@ -145,16 +156,17 @@ class TextDialectSettings(ConfigTable):
             names = set(LineTemplate(line, REPORTED).names) - {ANY}
             if not names:
                 raise ValueError(f"{line!r} tells nothing; name what its numbers are")
-            if len(names & set(TICKS)) == 1:
+            missing = _missing({TICKS[name] for name in names & set(TICKS)})
+            if missing is not None:
                 raise ValueError(
-                    f"{line!r} tells the ticks of one wheel; those of both must be in one line,"
-                    " as of one moment"
+                    f"{line!r} has no {{{missing}_ticks}}; the ticks of all wheels must be in one"
+                    " line, as of one moment"
                 )
         return lines
 
     @model_validator(mode="after")
     def _is_to_scale(self) -> Self:
-        names = LineTemplate(self.drive, (*WHEELS, *TWIST)).names
+        names = LineTemplate(self.drive, DRIVEN).names
         if self.per_mps == 0.0 and names:
             raise ValueError(
                 "per_mps is missing: what number does the line say for 1 m/s? 1000 for mm/s, 1 for"
@@ -180,3 +192,38 @@ class TextDialectSettings(ConfigTable):
                 " must have the time of two lines at least"
             )
         return self
+
+    @property
+    def moves_sideways(self) -> bool:
+        """Whether the line that drives it has {lateral}, or wheels that differential bases lack."""
+        rest = {*WHEELS, LATERAL} - set(WHEELS_OF["differential"])
+        return not rest.isdisjoint(LineTemplate(self.drive, DRIVEN).names)
+
+    def check_wheels(self, base: Base) -> None:
+        """Raise `ValueError` for a line with wheels of another base."""
+        drives = LineTemplate(self.drive, DRIVEN).names
+        told = [name for line in self.reports for name in LineTemplate(line, REPORTED).names]
+        for key, wheels in (
+            ("drive", {name for name in drives if name in WHEELS}),
+            ("reports", {TICKS[name] for name in told if name in TICKS}),
+        ):
+            if wheels and wheels != set(WHEELS_OF[base]):
+                raise ValueError(
+                    f'serial.text.{key} has the wheels {_listed(wheels)}, but base = "{base}" has'
+                    f" {_listed(WHEELS_OF[base])}; write those, or another base"
+                )
+
+
+def _missing(wheels: set[str]) -> str | None:
+    """Return the first wheel that these lack to be all of a base; None if there are none at all.
+
+    Raises `ValueError` for wheels of different bases.
+    """
+    bases = [names for names in WHEELS_OF.values() if wheels <= set(names)]
+    if not bases:
+        raise ValueError(f"no base has the wheels {_listed(wheels)}")
+    return next((name for name in bases[0] if name not in wheels), None) if wheels else None
+
+
+def _listed(wheels: Collection[str]) -> str:
+    return ", ".join(name for name in WHEELS if name in wheels)

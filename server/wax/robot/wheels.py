@@ -1,48 +1,150 @@
-"""Converts a twist to the speeds of two wheels (pure)."""
+"""Converts between a robot's motion and the speeds of its wheels (pure)."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from operator import mul
 from typing import TYPE_CHECKING, Final
 
+from wax.config.bases import WHEELS_OF
 from wax.driver.checks import within
-from wax.driver.interface import Limits
+from wax.driver.interface import Limits, Pose, Twist
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.config.bases import Base
     from wax.config.robot import RobotSettings
-    from wax.driver.interface import Twist
 
 MAX_WHEEL_MPS: Final = 32.767
 """The largest speed in a signed 16-bit number of mm/s."""
 
 
 @dataclass(frozen=True, slots=True)
-class WheelSpeeds:
-    """Left and right in m/s, forward positive before any inversion."""
+class _Wheel:
+    """How fast a wheel rolls for each m/s ahead, m/s to the left, and m/s at the lever's end."""
 
-    left_mps: float
-    right_mps: float
+    ahead: float
+    left: float
+    turn: float
+
+
+_SIN_60: Final = math.sin(math.pi / 3.0)
+_WHEELS: Final[dict[Base, tuple[_Wheel, ...]]] = {
+    "differential": (_Wheel(1.0, 0.0, -1.0), _Wheel(1.0, 0.0, 1.0)),
+    # Seen from above, the rollers form an X.
+    "mecanum": (
+        _Wheel(1.0, -1.0, -1.0),
+        _Wheel(1.0, 1.0, 1.0),
+        _Wheel(1.0, 1.0, -1.0),
+        _Wheel(1.0, -1.0, 1.0),
+    ),
+    # At 60° to the left and to the right of ahead, and at the back. Left and right are positive
+    # where they drive ahead, as with two wheels; the back one is where it drives to the left.
+    "omni": (_Wheel(_SIN_60, -0.5, -1.0), _Wheel(_SIN_60, 0.5, 1.0), _Wheel(0.0, 1.0, -1.0)),
+}
+
+
+class WheelGeometry:
+    """The wheels of a base: their `names`, in the order of all sequences, and where they are.
+
+    A sign of `signs` is -1 for a wheel of an inverted side, else 1. If no `base` is given, it is
+    that of the configuration.
+    """
+
+    def __init__(self, settings: RobotSettings, base: Base | None = None) -> None:
+        base = base or settings.base
+        self.names = WHEELS_OF[base]
+        inverted = {"left": settings.invert_left, "right": settings.invert_right}
+        self.signs = {name: -1.0 if inverted.get(_side(name)) else 1.0 for name in self.names}
+        self._wheels = _WHEELS[base]
+        self._lever_m = {
+            "differential": settings.wheel_base_m / 2.0,
+            "mecanum": (settings.wheel_base_m + settings.axle_base_m) / 2.0,
+            "omni": settings.omni_radius_m,
+        }[base]
+
+    @property
+    def moves_sideways(self) -> bool:
+        return any(one.left for one in self._wheels)
+
+    def speeds_mps(self, twist: Twist) -> list[float]:
+        """Return how fast each wheel rolls, forward positive before any inversion."""
+        aside_mps = twist.angular_rps * self._lever_m
+        return [
+            one.ahead * twist.linear_mps + one.left * twist.lateral_mps + one.turn * aside_mps
+            for one in self._wheels
+        ]
+
+    def fastest_mps(self, limits: Limits) -> float:
+        """Return the speed of the fastest wheel at the limits, moving straight or on the spot."""
+        straight_mps = max(
+            math.hypot(one.ahead * limits.linear_mps, one.left * limits.lateral_mps)
+            for one in self._wheels
+        )
+        return max(straight_mps, limits.angular_rps * self._lever_m)
+
+    def motion(self, rolled: Sequence[float]) -> Twist:
+        """Return the motion of the robot's middle that fits its wheels' best (least squares).
+
+        It is in metres and radians if `rolled` is in metres, and per second if it is so.
+        """
+        wheels = self._wheels
+
+        def part(shares: list[float]) -> float:
+            square = sum(share * share for share in shares)
+            told = sum(map(mul, shares, rolled))
+            return told / square if square else 0.0
+
+        return Twist(
+            part([one.ahead for one in wheels]),
+            part([one.turn for one in wheels]) / self._lever_m,
+            part([one.left for one in wheels]),
+        )
+
+    def moved(self, pose: Pose, rolled_m: Sequence[float]) -> Pose:
+        """Return the pose after the wheels have rolled that far, each at a constant speed."""
+        by = self.motion(rolled_m)
+        # Moving straight along the mean heading is exact to third order.
+        middle_rad = pose.heading_rad + by.angular_rps / 2.0
+        cos, sin = math.cos(middle_rad), math.sin(middle_rad)
+        return Pose(
+            pose.x_m + by.linear_mps * cos - by.lateral_mps * sin,
+            pose.y_m + by.linear_mps * sin + by.lateral_mps * cos,
+            math.remainder(pose.heading_rad + by.angular_rps, math.tau),
+        )
 
 
 class WheelMixer:
-    """Converts a twist for the robot's wheel base, trim and inversions.
+    """Converts a twist to wheel speeds for the robot's geometry, trims and inversions.
 
-    The fastest that a wheel turns is its speed straight ahead, or on the spot, at the limits. If a
-    curve needs more, both wheels are slowed by one factor, so that the curve keeps its radius.
+    The fastest that a wheel turns is its speed straight in any direction, or on the spot, at the
+    limits. If a motion needs more, all wheels are slowed by one factor, so that a curve keeps its
+    radius. A side's trim and inversion apply to all its wheels; the back one of an omni base has
+    neither.
     """
 
-    def __init__(self, settings: RobotSettings) -> None:
-        self._limits = Limits(settings.max_linear_mps, settings.max_angular_rps)
-        self._half_base_m = settings.wheel_base_m / 2.0
-        on_the_spot_mps = settings.max_angular_rps * self._half_base_m
-        self._max_wheel_mps = min(MAX_WHEEL_MPS, max(settings.max_linear_mps, on_the_spot_mps))
-        self._left = settings.left_trim * (-1.0 if settings.invert_left else 1.0)
-        self._right = settings.right_trim * (-1.0 if settings.invert_right else 1.0)
+    def __init__(self, settings: RobotSettings, base: Base | None = None) -> None:
+        self.geometry = WheelGeometry(settings, base)
+        self._limits = Limits(
+            settings.max_linear_mps, settings.max_angular_rps, lateral_mps=settings.lateral_mps
+        )
+        self.fastest_mps = self.geometry.fastest_mps(self._limits)
+        self._max_wheel_mps = min(MAX_WHEEL_MPS, self.fastest_mps)
+        trims = {"left": settings.left_trim, "right": settings.right_trim}
+        self._gains = [
+            math.copysign(trims.get(_side(name), 1.0), sign)
+            for name, sign in self.geometry.signs.items()
+        ]
 
-    def mix(self, twist: Twist) -> WheelSpeeds:
-        """Return the wheel speeds, trimmed and inverted as configured; NaN gives standstill."""
-        allowed = within(twist, self._limits)
-        aside_mps = allowed.angular_rps * self._half_base_m
-        left, right = allowed.linear_mps - aside_mps, allowed.linear_mps + aside_mps
-        excess = max(1.0, abs(left) / self._max_wheel_mps, abs(right) / self._max_wheel_mps)
-        return WheelSpeeds(left / excess * self._left, right / excess * self._right)
+    def mix(self, twist: Twist) -> dict[str, float]:
+        """Return each wheel's speed in m/s, trimmed and inverted; NaN gives standstill."""
+        speeds = self.geometry.speeds_mps(within(twist, self._limits))
+        excess = max(1.0, *(abs(speed) / self._max_wheel_mps for speed in speeds))
+        wheels = (speed / excess for speed in speeds)
+        return dict(zip(self.geometry.names, map(mul, wheels, self._gains), strict=True))
+
+
+def _side(name: str) -> str:
+    return name.rpartition("_")[2]

@@ -11,9 +11,15 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 from wax.config.robot import RobotSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
 LEFT, RIGHT = (17, 27, 12), (23, 24, 13)
+MECANUM: dict[str, Any] = {
+    "front_left": [17, 27, 12],
+    "front_right": [23, 24, 13],
+    "back_left": [9, 10, 11],
+    "back_right": [14, 15, 18],
+}
 
 
 def settings(robot: dict[str, Any] | None = None, **gpio: Any) -> RobotSettings:
@@ -34,7 +40,7 @@ class Board:
     def level(self, number: int) -> float:
         return float(self.pin(number).state)
 
-    def motor(self, pins: tuple[int, int, int]) -> float:
+    def motor(self, pins: Sequence[int]) -> float:
         """Return a motor's duty cycle, -1 to 1, on IN1, IN2, PWM."""
         ahead, back, speed = (self.level(pin) for pin in pins)
         assert ahead + back <= 1.0, "both directions at once"

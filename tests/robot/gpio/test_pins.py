@@ -15,7 +15,7 @@ import gpiozero
 import psutil
 import pytest
 from tests.real_time import may_run_in_real_time
-from tests.robot.gpio.conftest import LEFT, RIGHT, Board, settings
+from tests.robot.gpio.conftest import LEFT, MECANUM, RIGHT, Board, settings
 from tests.until import until as comes
 
 from wax.clock import SystemClock
@@ -95,6 +95,45 @@ def test_the_motors_follow_the_twist(
     feed(make(), twist)
     assert pins.motor(LEFT) == pytest.approx(left)
     assert pins.motor(RIGHT) == pytest.approx(right)
+
+
+@pytest.mark.parametrize(
+    ("twist", "shares"),
+    [
+        (Twist(0.6, 0.0), (0.6, 0.6, 0.6, 0.6)),
+        (Twist(0.0, 0.0, 0.6), (-0.6, 0.6, 0.6, -0.6)),
+        (Twist(0.0, 1.0), (-0.3, 0.3, -0.3, 0.3)),
+        (Twist(0.3, 0.0, -0.3), (0.6, 0.0, 0.0, 0.6)),
+    ],
+)
+def test_four_motors_follow_the_twist_sideways(
+    pins: Board, make: Callable[..., Driver], twist: Twist, shares: tuple[float, ...]
+) -> None:
+    """Each motor of a mecanum base has its own duty cycle; to the left, two of them turn back."""
+    driver = make({"base": "mecanum"}, **MECANUM, full_speed_mps=1.0)
+    assert driver.limits.lateral_mps == 0.6
+    feed(driver, twist)
+    assert [pins.motor(motor) for motor in MECANUM.values()] == pytest.approx(shares)
+
+
+def test_three_motors_and_their_encoders(pins: Board, make: Callable[..., Driver]) -> None:
+    """An omni base has a third motor and encoder; its wheels tell its speed to the left."""
+    own = {"back": [9, 10, 11], "back_encoder": [5], "left_encoder": [6], "right_encoder": [7]}
+    driver = make({"base": "omni"}, **own, steps_per_m=100.0, full_speed_mps=1.0)
+    feed(driver, Twist(0.0, 0.0, 0.5))
+    assert [pins.motor(motor) for motor in (LEFT, RIGHT, (9, 10, 11))] == pytest.approx(
+        [-0.25, 0.25, 0.5]
+    )
+    for encoder, steps in ((6, 1), (7, 1), (5, 2)):
+        pins.roll((encoder,), steps)
+    state = until(driver, lambda state: state.extra["back_steps"] == 2.0)
+    assert (state.extra["left_steps"], state.extra["right_steps"]) == (-1.0, 1.0)
+    assert state.pose is not None
+    assert state.pose.y_m == pytest.approx(0.02)
+    assert state.extra["lateral_mps"] > 0.0
+    driver.stop(1)
+    settle(driver)
+    assert pins.motor((9, 10, 11)) == 0.0
 
 
 def test_a_robot_that_drifts_is_trimmed_and_inverted(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from wax.config.bases import WHEELS_OF
 from wax.driver.interface import Limits
+from wax.errors import ConfigError
 from wax.robot.gpio.pin_line import PinLine
 from wax.robot.gpio.settings import GpioSettings
 from wax.robot.line.core import LineCore
@@ -19,7 +21,7 @@ SETPOINT_TTL_S: Final = 0.2
 
 
 class GpioRobot(LineRobot):
-    """A `Driver` for two motors on H-bridges, servos, encoders and bumpers.
+    """A `Driver` for motors on H-bridges, servos, encoders and bumpers.
 
     Pins have no watchdog of their own (`ttl_s` is None): this driver switches the motors off when
     set-points cease, the driver process when the server is silent, and `guard` when that process
@@ -32,7 +34,18 @@ class GpioRobot(LineRobot):
         import gpiozero  # noqa: F401, PLC0415 - said at the start where it is missing
 
         own = settings.own(GpioSettings)
-        limits = Limits(settings.max_linear_mps, settings.max_angular_rps, axes=tuple(own.servos))
+        if own.base != settings.base:
+            raise ConfigError(
+                f'robot.base: is "{settings.base}", but [robot.gpio] has the pins of'
+                f" {' and '.join(own.motors[1])}; give those of"
+                f" {' and '.join(WHEELS_OF[settings.base])}"
+            )
+        limits = Limits(
+            settings.max_linear_mps,
+            settings.max_angular_rps,
+            axes=tuple(own.servos),
+            lateral_mps=0.0 if own.base == "differential" else settings.lateral_mps,
+        )
         core = LineCore(limits, SETPOINT_TTL_S)
         line = PinLine(settings, own, core)
         super().__init__("gpio", limits, clock, core, line, reopen_s=own.reopen_s)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import Reading
 from wax.robot.gpio.odometry import StepOdometry
-from wax.robot.gpio.shares import OFF, MotorOpening, unless_bumped
+from wax.robot.gpio.shares import MotorOpening, unless_bumped
 from wax.robot.line.kept_line import RobotLine
+from wax.robot.wheels import WheelGeometry
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class PinLine(RobotLine):
 
     def __init__(self, robot: RobotSettings, settings: GpioSettings, core: LineCore) -> None:
         self._settings = settings
-        self._wheel_base_m = robot.wheel_base_m
+        self._wheels = WheelGeometry(robot)
         self._opening = MotorOpening(robot, settings)
         self._core = core
         self._turned: dict[str, float] = {}
@@ -41,7 +42,7 @@ class PinLine(RobotLine):
     def start(self) -> None:
         from wax.robot.gpio.guard import Guard  # noqa: PLC0415 - not before it is wanted
 
-        bridge_pins = [pin for pins in self._settings.motors[1:] for pin in pins]
+        bridge_pins = [pin for pins in self._settings.motors[1].values() for pin in pins]
         self._guard = Guard(bridge_pins) if self._settings.guard else None
 
     def open(self, wake: Callable[[], None]) -> None:
@@ -52,7 +53,7 @@ class PinLine(RobotLine):
 
     def begin(self, now_s: float) -> None:
         self._turned.clear()
-        self._odometry = StepOdometry(self._settings.steps_per_m, self._wheel_base_m)
+        self._odometry = StepOdometry(self._settings.steps_per_m, self._wheels)
         self._core.opened(now_s)
 
     def step(self, now_s: float) -> float:
@@ -82,8 +83,8 @@ class PinLine(RobotLine):
     def _drive(self, wanted: Twist) -> None:
         front, back = self._pins.bumped if self._settings.bumpers_stop else (False, False)
         twist = unless_bumped(wanted, front=front, back=back)
-        self._pins.drive(OFF if twist.is_zero else self._opening.shares(twist))
-        self._pins.set_directions(*self._opening.directions(twist))
+        self._pins.drive(self._opening.shares(twist))
+        self._pins.set_directions(self._opening.directions(twist))
 
     def _look(self, now_s: float) -> Reading:
         steps, bumpers = self._pins.steps, self._pins.bumpers
@@ -91,16 +92,15 @@ class PinLine(RobotLine):
             return Reading(bumpers=bumpers)
         odometry = self._odometry
         odometry.take(steps, now_s)
-        return Reading(
-            moving=odometry.moving,
-            pose=odometry.pose,
-            bumpers=bumpers,
-            extra={
-                "left_steps": float(steps[0]),
-                "right_steps": float(steps[1]),
-                "speed_mps": odometry.speed_mps,
-            },
-        )
+        motion = odometry.motion
+        extra = {
+            f"{wheel}_steps": float(one)
+            for wheel, one in zip(self._wheels.names, steps, strict=True)
+        }
+        extra["speed_mps"] = motion.linear_mps
+        if self._wheels.moves_sideways:
+            extra["lateral_mps"] = motion.lateral_mps
+        return Reading(moving=odometry.moving, pose=odometry.pose, bumpers=bumpers, extra=extra)
 
 
 def _why(error: Exception) -> str:

@@ -1,4 +1,4 @@
-"""The pins, by gpiozero: two motors, servos, encoders and bumpers."""
+"""The pins, by gpiozero: motors, servos, encoders and bumpers."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 import gpiozero
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from wax.robot.gpio.settings import Bridge, GpioSettings
-    from wax.robot.gpio.shares import Shares
 
-Steps = tuple[int, int]
+Steps = tuple[int, ...]
 
 _SERVO_FRAME_S: Final = 0.02
 
@@ -114,9 +113,9 @@ class Pins:
             raise
 
     def _claim(self, settings: GpioSettings, on_bump: Callable[[], None]) -> None:
-        bridge, left, right = settings.motors
+        bridge, motors = settings.motors
         self._motors = tuple(
-            self._keep(Motor(bridge, pins, settings.pwm_hz)) for pins in (left, right)
+            self._keep(Motor(bridge, pins, settings.pwm_hz)) for pins in motors.values()
         )
         self._servos = {
             name: self._keep(
@@ -131,9 +130,7 @@ class Pins:
             for name, pin in settings.servos.items()
         }
         self._encoders = tuple(
-            self._keep(Encoder(pins))
-            for pins in (settings.left_encoder, settings.right_encoder)
-            if pins
+            self._keep(Encoder(pins)) for pins in settings.encoders.values() if pins
         )
         # gpiozero's Button waits up to a second for its release before it closes.
         self._front, self._back = (
@@ -143,14 +140,14 @@ class Pins:
         for button in (*self._front, *self._back):
             button.when_activated = button.when_deactivated = on_bump
 
-    def drive(self, shares: Shares) -> None:
-        """Set both motors' duty cycles."""
-        for motor, share in zip(self._motors, (shares.left, shares.right), strict=True):
+    def drive(self, shares: Sequence[float]) -> None:
+        """Set the motors' duty cycles."""
+        for motor, share in zip(self._motors, shares, strict=True):
             motor.set(share)
 
-    def set_directions(self, left: int, right: int) -> None:
+    def set_directions(self, directions: Sequence[int]) -> None:
         """Tell encoders with one pin in which direction the wheels roll."""
-        for encoder, towards in zip(self._encoders, (left, right), strict=False):
+        for encoder, towards in zip(self._encoders, directions, strict=False):
             encoder.towards = towards or encoder.towards
 
     def turn(self, name: str, position: float) -> None:
@@ -159,11 +156,8 @@ class Pins:
 
     @property
     def steps(self) -> Steps | None:
-        """The counts of the left and the right wheel; None without encoders."""
-        if not self._encoders:
-            return None
-        left, right = self._encoders
-        return left.steps, right.steps
+        """The counts of the wheels; None without encoders."""
+        return tuple(encoder.steps for encoder in self._encoders) or None
 
     @property
     def bumped(self) -> tuple[bool, bool]:

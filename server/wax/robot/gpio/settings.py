@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from wax.config.bases import WHEELS, WHEELS_OF
 from wax.config.driver_settings import DriverSettings
 from wax.config.table import Name
 
+if TYPE_CHECKING:
+    from wax.config.bases import Base
+
 Pin = Annotated[int, Field(ge=0, le=27)]
 Pins = Annotated[list[Pin], Field(max_length=3)]
+EncoderPins = Annotated[list[Pin], Field(max_length=2)]
 Bridge = Literal["in_in_pwm", "in_in", "phase_enable"]
 
 PINS_OF: Final[dict[Bridge, int]] = {"in_in_pwm": 3, "in_in": 2, "phase_enable": 2}
@@ -24,7 +29,7 @@ BOARDS: Final[dict[str, tuple[Bridge, list[int], list[int]]]] = {
 
 
 class GpioSettings(DriverSettings):
-    """Two motors on H-bridges, and whatever else is wired to the pins; all numbers are BCM's."""
+    """Motors on H-bridges, and whatever else is wired to the pins; all numbers are BCM's."""
 
     TABLE: ClassVar[str] = "gpio"
 
@@ -39,6 +44,17 @@ class GpioSettings(DriverSettings):
     nobody drives them."""
     right: Pins = [23, 24, 13]
     """The right motor's pins."""
+    front_left: Pins = []
+    """The pins of a mecanum base's motors, in place of left and right: this one's, and those of the
+    next three."""
+    front_right: Pins = []
+    """The motor in front on the right."""
+    back_left: Pins = []
+    """The motor behind on the left."""
+    back_right: Pins = []
+    """The motor behind on the right."""
+    back: Pins = []
+    """The pins of an omni base's third motor, which drives its back to the left."""
     pwm_hz: Annotated[float, Field(ge=20.0, le=10_000.0)] = 500.0
     """The frequency of the motors' PWM, which gpiozero's pins make in software."""
     full_speed_mps: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
@@ -52,11 +68,21 @@ class GpioSettings(DriverSettings):
     """The pulse for an axis at -1."""
     servo_max_ms: Annotated[float, Field(ge=1.5, le=2.6)] = 2.0
     """The pulse for an axis at 1."""
-    left_encoder: Annotated[list[Pin], Field(max_length=2)] = []
+    left_encoder: EncoderPins = []
     """The left wheel's encoder: A and B, or only A, which counts in the direction that the motor is
     told. Empty: none."""
-    right_encoder: Annotated[list[Pin], Field(max_length=2)] = []
-    """The right wheel's encoder; both wheels have one or none has."""
+    right_encoder: EncoderPins = []
+    """The right wheel's encoder; all wheels have one or none has."""
+    front_left_encoder: EncoderPins = []
+    """The same of a mecanum base's wheels: this one, and the next three."""
+    front_right_encoder: EncoderPins = []
+    """That of the wheel in front on the right."""
+    back_left_encoder: EncoderPins = []
+    """That of the wheel behind on the left."""
+    back_right_encoder: EncoderPins = []
+    """That of the wheel behind on the right."""
+    back_encoder: EncoderPins = []
+    """The encoder of an omni base's third wheel."""
     steps_per_m: Annotated[float, Field(gt=0.0, le=100_000.0)] = 1000.0
     """How many steps an encoder counts while its wheel rolls a metre."""
     front_bumpers: Annotated[list[Pin], Field(max_length=4)] = []
@@ -73,31 +99,51 @@ class GpioSettings(DriverSettings):
     """How long to wait before pins that failed are tried again."""
 
     @property
-    def motors(self) -> tuple[Bridge, list[int], list[int]]:
-        """The bridge, and the pins of the left and the right motor."""
-        return BOARDS.get(self.board, (self.bridge, self.left, self.right))
+    def base(self) -> Base:
+        """The base whose motors are given."""
+        if any(getattr(self, wheel) for wheel in WHEELS_OF["mecanum"]):
+            return "mecanum"
+        return "omni" if self.back else "differential"
+
+    @property
+    def motors(self) -> tuple[Bridge, dict[str, list[int]]]:
+        """The bridge, and the pins of each wheel's motor."""
+        if self.board == "own":
+            return self.bridge, {wheel: getattr(self, wheel) for wheel in WHEELS_OF[self.base]}
+        bridge, left, right = BOARDS[self.board]
+        return bridge, {"left": left, "right": right}
+
+    @property
+    def encoders(self) -> dict[str, list[int]]:
+        """The pins of each wheel's encoder."""
+        return {wheel: getattr(self, f"{wheel}_encoder") for wheel in WHEELS_OF[self.base]}
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
-        bridge, left, right = self.motors
-        for name, pins in (("left", left), ("right", right)):
+        bridge, motors = self.motors
+        wheels = WHEELS_OF[self.base]
+        if len(motors) != len(wheels):
+            raise ValueError(f'board "{self.board}" has two motors; for more it must be "own"')
+        for name, pins in motors.items():
             if len(pins) != PINS_OF[bridge]:
                 raise ValueError(
                     f"{name} has {len(pins)} pins; a motor on {bridge} has {PINS_OF[bridge]}"
                 )
-        if bool(self.left_encoder) != bool(self.right_encoder):
-            raise ValueError("left_encoder and right_encoder belong together; one is missing")
-        self._no_pin_twice(left, right)
+        for name in (wheel for wheel in WHEELS if wheel not in wheels):
+            for key in self.model_fields_set & {name, f"{name}_encoder"}:
+                raise ValueError(f"{key} is no wheel beside {' and '.join(wheels)}; leave it out")
+        without = [f"{wheel}_encoder" for wheel, pins in self.encoders.items() if not pins]
+        if without and len(without) != len(wheels):
+            raise ValueError(f"{without[0]} is missing; all wheels have an encoder, or none has")
+        self._no_pin_twice()
         return self
 
-    def _no_pin_twice(self, left: list[int], right: list[int]) -> None:
+    def _no_pin_twice(self) -> None:
         users: dict[int, str] = {}
         for name, pins in {
-            "left": left,
-            "right": right,
+            **self.motors[1],
             "servos": list(self.servos.values()),
-            "left_encoder": self.left_encoder,
-            "right_encoder": self.right_encoder,
+            **{f"{wheel}_encoder": pins for wheel, pins in self.encoders.items()},
             "front_bumpers": self.front_bumpers,
             "back_bumpers": self.back_bumpers,
         }.items():

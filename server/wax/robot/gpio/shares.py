@@ -1,8 +1,7 @@
-"""Converts the speeds of two wheels to the motors' duty cycles (pure)."""
+"""Converts the speeds of the wheels to the motors' duty cycles (pure)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wax.driver.interface import STANDSTILL
@@ -14,40 +13,23 @@ if TYPE_CHECKING:
     from wax.robot.gpio.settings import GpioSettings
 
 
-@dataclass(frozen=True, slots=True)
-class Shares:
-    """The motors' duty cycles, -1 to 1 of the full voltage, as the motors are wired."""
-
-    left: float = 0.0
-    right: float = 0.0
-
-
-OFF = Shares()
-
-
 class MotorOpening:
     """Computes the duty cycles for a twist, by the robot's geometry, trims and inversions."""
 
     def __init__(self, robot: RobotSettings, gpio: GpioSettings) -> None:
         self._mixer = WheelMixer(robot)
-        self._inverted = (robot.invert_left, robot.invert_right)
-        on_the_spot_mps = robot.max_angular_rps * robot.wheel_base_m / 2.0
-        self._full_mps = gpio.full_speed_mps or max(robot.max_linear_mps, on_the_spot_mps)
+        self._full_mps = gpio.full_speed_mps or self._mixer.fastest_mps
         self._dead = gpio.dead_share
 
-    def shares(self, twist: Twist) -> Shares:
-        """Return the duty cycles, never beyond -1…1."""
-        wheels = self._mixer.mix(twist)
-        return Shares(self._share(wheels.left_mps), self._share(wheels.right_mps))
+    def shares(self, twist: Twist) -> list[float]:
+        """Return each motor's share of the full voltage, -1 to 1, as the motors are wired."""
+        return [self._share(speed_mps) for speed_mps in self._mixer.mix(twist).values()]
 
-    def directions(self, twist: Twist) -> tuple[int, int]:
+    def directions(self, twist: Twist) -> list[int]:
         """Return each wheel's direction: 1 is forward, 0 standstill."""
-        wheels = self._mixer.mix(twist)
-        left, right = (
-            (speed_mps > 0.0) - (speed_mps < 0.0)
-            for speed_mps in (wheels.left_mps, wheels.right_mps)
-        )
-        return -left if self._inverted[0] else left, -right if self._inverted[1] else right
+        signs = self._mixer.geometry.signs
+        rolls = [speed_mps * signs[wheel] for wheel, speed_mps in self._mixer.mix(twist).items()]
+        return [(one > 0.0) - (one < 0.0) for one in rolls]
 
     def _share(self, speed_mps: float) -> float:
         if speed_mps == 0.0:

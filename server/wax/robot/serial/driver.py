@@ -41,6 +41,7 @@ class SerialRobot(LineRobot):
             settings.max_angular_rps,
             axes=() if serial.dialect == "bytes" else tuple(serial.axes),
             ttl_s=_own_watchdog_s(serial),
+            lateral_mps=_lateral_mps(settings),
         )
         core = SerialCore(_dialect(settings, limits), limits, serial)
         super().__init__(
@@ -111,10 +112,18 @@ def _own_watchdog_s(serial: SerialSettings) -> float | None:
     return None  # the board follows a byte for ever
 
 
+def _lateral_mps(settings: RobotSettings) -> float:
+    """Return the limit sideways, 0 for a board that is told no such speed."""
+    serial = settings.serial
+    is_told = serial.dialect == "text" and serial.text.moves_sideways
+    return settings.lateral_mps if is_told else 0.0
+
+
 def _dialect(settings: RobotSettings, limits: Limits) -> Dialect:
-    mixer, serial = WheelMixer(settings), settings.serial
-    if serial.dialect == "frames":
-        return FramesDialect(mixer, serial.ttl_ms, limits.axes, Odometry(settings))
+    serial = settings.serial
+    if serial.dialect == "frames":  # which has the speeds and the ticks of two sides
+        mixer, odometry = WheelMixer(settings, "differential"), Odometry(settings, "differential")
+        return FramesDialect(mixer, serial.ttl_ms, limits.axes, odometry)
     if serial.dialect == "text":
-        return TextDialect(settings, mixer, limits)
+        return TextDialect(settings, WheelMixer(settings), limits)
     return BytesDialect(serial.bytes, limits)

@@ -115,9 +115,8 @@ class FramesDialect:
     @property
     def reading(self) -> Reading:
         extra = {"line_errors": float(self._decoder.errors)}
-        report, speeds = self._report, self._odometry.speeds
-        if speeds is not None:
-            extra |= {"left_mps": speeds.left_mps, "right_mps": speeds.right_mps}
+        extra |= {f"{wheel}_mps": speed for wheel, speed in self._odometry.speeds.items()}
+        report = self._report
         if report is None:
             return Reading(pose=self._odometry.pose, extra=extra)
         extra |= {
@@ -141,7 +140,7 @@ class FramesDialect:
         stopped_itself = self._answers and report.timed_out
         self._report = report
         self._robot_s += ((robot_time_ms - round(self._robot_time_ms)) % _CLOCK_WRAPS_MS) / 1000.0
-        self._odometry.take(report.left_ticks, report.right_ticks, self._robot_s)
+        self._odometry.take((report.left_ticks, report.right_ticks), self._robot_s)
         self._robot_time_ms, self._heard_s = float(robot_time_ms), now_s
         sent_s = max((at_s for number, at_s in self._sent if number == report.sequence), default=0)
         if now_s - sent_s >= SILENT_AFTER_S:
@@ -163,7 +162,7 @@ class FramesDialect:
         if order.twist.is_zero:
             return StopBody()
         wheels = self._mixer.mix(order.twist)
-        return DriveBody(round(wheels.left_mps * 1000.0), round(wheels.right_mps * 1000.0))
+        return DriveBody(round(wheels["left"] * 1000.0), round(wheels["right"] * 1000.0))
 
     def _frame(self, body: Body, turn: int, now_s: float) -> bytes:
         self._sequence = (self._sequence + 1) & 0xFFFF

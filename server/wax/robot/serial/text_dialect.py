@@ -12,7 +12,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from wax.config.line_template import LineTemplate
-from wax.config.text_dialect import POSITION, TWIST, WHEELS
+from wax.config.text_dialect import DRIVEN, POSITION
 from wax.driver.checks import within
 from wax.driver.interface import STANDSTILL, Reading
 from wax.logs.printable import printable
@@ -47,7 +47,7 @@ class TextDialect:
         self._own = own
         self._mixer, self._limits = mixer, limits
         self._byte_s = _BITS_A_BYTE / settings.serial.baud
-        self._drive = LineTemplate(own.drive, (*WHEELS, *TWIST))
+        self._drive = LineTemplate(own.drive, DRIVEN)
         # End any incomplete line that is still in the board's buffer.
         self._flush = self._drive.ending.encode("ascii")
         self._stop = own.stop.encode("ascii") or self._driven(STANDSTILL)
@@ -201,10 +201,10 @@ class TextDialect:
     def _driven(self, twist: Twist) -> bytes:
         """Return the line for a motion; if a number exceeds the limit, all are scaled down."""
         allowed, wheels = within(twist, self._limits), self._mixer.mix(twist)
-        values = {
-            "left": wheels.left_mps * self._own.per_mps,
-            "right": wheels.right_mps * self._own.per_mps,
+        values = {wheel: speed * self._own.per_mps for wheel, speed in wheels.items()}
+        values |= {
             "linear": allowed.linear_mps * self._own.per_mps,
+            "lateral": allowed.lateral_mps * self._own.per_mps,
             "angular": allowed.angular_rps * self._own.per_rps,
         }
         largest = max(abs(values[name]) for name in self._drive.names)

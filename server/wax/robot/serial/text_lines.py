@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
+from wax.config.bases import WHEELS, WHEELS_OF
 from wax.config.line_template import LineTemplate
-from wax.config.text_dialect import REPORTED, TICKS
+from wax.config.text_dialect import REPORTED
 from wax.robot.serial.odometry import Odometry
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class Reports:
     def __init__(self, settings: RobotSettings) -> None:
         self._templates = [LineTemplate(one, REPORTED) for one in settings.serial.text.reports]
         self._odometry = Odometry(settings)
+        self._tick_names = tuple(f"{wheel}_ticks" for wheel in WHEELS_OF[settings.base])
         own = settings.serial.text
         self._stale_s = max(STALE_S, 2.5 * len(own.ask) * own.ask_ms / 1000.0)
         self.forget()
@@ -51,7 +53,7 @@ class Reports:
     def forget(self) -> None:
         """Begin a connection."""
         self._told: dict[str, tuple[float, float]] = {}
-        self._ticks: tuple[int, int] | None = None
+        self._ticks: tuple[int, ...] | None = None
         self._turned: tuple[bool, float] | None = None
         self._odometry.forget()
 
@@ -68,7 +70,7 @@ class Reports:
 
     def moving(self, now_s: float) -> bool | None:
         """Whether a wheel turns, by the reports that show it; None if unknown."""
-        said = [self._newest(name, now_s) for name in ("moving", "left", "right")]
+        said = [self._newest(name, now_s) for name in ("moving", *WHEELS)]
         known = [value != 0.0 for value in said if value is not None]
         if self._turned is not None and now_s - self._turned[1] < self._stale_s:
             known.append(self._turned[0])
@@ -89,23 +91,20 @@ class Reports:
         return self._odometry.pose
 
     def known(self) -> dict[str, float]:
-        ticks = () if self._ticks is None else zip(TICKS, self._ticks, strict=True)
-        known: dict[str, float] = {name: float(count) for name, count in ticks}
-        speeds = self._odometry.speeds
-        if speeds is not None:
-            known |= {"left_mps": speeds.left_mps, "right_mps": speeds.right_mps}
-        return known
+        ticks = () if self._ticks is None else zip(self._tick_names, self._ticks, strict=True)
+        known = {name: float(count) for name, count in ticks}
+        return known | {f"{wheel}_mps": mps for wheel, mps in self._odometry.speeds.items()}
 
     def _newest(self, name: str, now_s: float) -> float | None:
         value, at_s = self._told.get(name, (0.0, -self._stale_s))
         return value if name in self._told and now_s - at_s < self._stale_s else None
 
     def _turn(self, found: dict[str, float], now_s: float) -> None:
-        """Compare both wheels' ticks, taken as simultaneous, with the last ones."""
-        if not found.keys() >= set(TICKS):
+        """Compare the ticks of all wheels, taken as simultaneous, with the last ones."""
+        if not found.keys() >= set(self._tick_names):
             return
-        left, right = (int(found[name]) for name in TICKS)
+        ticks = tuple(int(found[name]) for name in self._tick_names)
         if self._ticks is not None:
-            self._turned = ((left, right) != self._ticks, now_s)
-        self._ticks = left, right
-        self._odometry.take(left, right, now_s)
+            self._turned = (ticks != self._ticks, now_s)
+        self._ticks = ticks
+        self._odometry.take(ticks, now_s)
