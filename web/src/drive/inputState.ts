@@ -8,6 +8,8 @@ export const DIRECTIONS: readonly Direction[] = ["forward", "back", "left", "rig
 export interface Motion {
   linear: number;
   angular: number;
+  /** Sideways; absent for a robot that cannot move so. */
+  lateral?: number;
 }
 
 /** What a holder holds; null for a control other than the wheels, such as an axis's slider. */

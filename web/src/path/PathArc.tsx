@@ -110,8 +110,8 @@ class Painter {
   }
 }
 
-function isPushed({ linear, angular }: Motion): boolean {
-  return linear !== 0 || angular !== 0;
+function isPushed({ linear, angular, lateral = 0 }: Motion): boolean {
+  return linear !== 0 || angular !== 0 || lateral !== 0;
 }
 
 function rampOf(motion: { acceleration_mps2: number; acceleration_rps2: number }): Ramp {

@@ -5,7 +5,7 @@ import type { Pose } from "./motion";
 import type { Prediction } from "./prediction";
 
 export interface Arc {
-  /** The robot's edges, or its middle if its width is unknown. */
+  /** The edges of the strip that it covers, or its middle if its width is unknown. */
   lanes: Spot[][];
   /** Lines across: the front when the command arrives, and where it would stop. */
   arrival: Spot[];
@@ -15,7 +15,11 @@ export interface Arc {
 /** The width of these lines for a robot of unknown width. */
 const TICK_M = 0.2;
 
-/** The lines of a path; null if nothing of it is in view. */
+/**
+ * The lines of a path; null if nothing of it is in view. Nobody knows the robot's length: it counts
+ * as a square, which covers a strip as broad as itself ahead and sideways, and 1.41 times that on a
+ * diagonal.
+ */
 export function arcOf(
   prediction: Prediction,
   camera: Camera,
@@ -24,15 +28,24 @@ export function arcOf(
 ): Arc | null {
   const way = [...prediction.until, ...prediction.onwards.slice(1)];
   const half = (widthM ?? 0) / 2;
-  const sides = widthM === null ? [0] : [half, -half];
+  const sides = widthM === null ? [0] : [1, -1];
+  const axes = axesOf(way);
   const shown = (line: readonly Floor[]) => projectLine(camera, aspect, line);
   const tick = (pose: Pose) => {
-    const front = beside(pose, 0, half);
-    const reach = widthM === null ? TICK_M / 2 : half;
-    return shown([beside(front, reach), beside(front, -reach)]);
+    const reach = breadth(half, pose.courseRad);
+    const front = beside(pose, pose.courseRad, 0, reach);
+    const aside = widthM === null ? TICK_M / 2 : reach;
+    return shown([aside, -aside].map((leftM) => beside(front, pose.courseRad, leftM)));
   };
   const arc = {
-    lanes: sides.map((leftM) => shown(way.map((pose) => beside(pose, leftM)))),
+    lanes: sides.map((side) =>
+      shown(
+        way.map((pose, at) => {
+          const axisRad = axes[at] ?? 0;
+          return beside(pose, axisRad, side * breadth(half, axisRad));
+        }),
+      ),
+    ),
     arrival: tick(prediction.arrival),
     stand: tick(prediction.stand),
   };
@@ -47,12 +60,27 @@ export function pathData(line: readonly Spot[]): string {
   return `M${points.join("L")}`;
 }
 
-/** A position beside the robot, and this far ahead of it. */
-function beside({ aheadM, leftM, headingRad }: Pose, asideM: number, beforeM = 0): Pose {
+/** The course at each pose, or its opposite, so that an edge keeps its side when it reverses. */
+function axesOf(way: readonly Pose[]): number[] {
+  let axisRad = 0;
+  return way.map(({ courseRad }) => {
+    axisRad = courseRad + Math.PI * Math.round((axisRad - courseRad) / Math.PI);
+    return axisRad;
+  });
+}
+
+/** How far a square reaches to each side of its way; `half` is half its edge. */
+function breadth(half: number, courseRad: number): number {
+  return half * (Math.abs(Math.cos(courseRad)) + Math.abs(Math.sin(courseRad)));
+}
+
+/** A position this far to the left of the robot's way, and ahead of it. */
+function beside(pose: Pose, courseRad: number, asideM: number, beforeM = 0): Pose {
+  const wayRad = pose.headingRad + courseRad;
   return {
-    aheadM: aheadM + beforeM * Math.cos(headingRad) - asideM * Math.sin(headingRad),
-    leftM: leftM + beforeM * Math.sin(headingRad) + asideM * Math.cos(headingRad),
-    headingRad,
+    ...pose,
+    aheadM: pose.aheadM + beforeM * Math.cos(wayRad) - asideM * Math.sin(wayRad),
+    leftM: pose.leftM + beforeM * Math.sin(wayRad) + asideM * Math.cos(wayRad),
   };
 }
 

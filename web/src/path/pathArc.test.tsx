@@ -6,6 +6,7 @@ import type { State } from "../state";
 import { draw, undraw } from "../testing/draw";
 import { hello, pressedBy, room } from "../testing/messages";
 import { testSession as made } from "../testing/session";
+import { twist } from "../testing/twist";
 import { commanded } from "./commanded";
 import { PathArc } from "./PathArc";
 import { aspectOf, drivingCamera } from "./view";
@@ -176,11 +177,24 @@ describe("what is commanded", () => {
   it("is in the robot's own speeds", () => {
     prefer({ speed: "fast" });
     push("forward", "left");
-    expect(commanded(state)).toEqual({ linearMps: 0.6, angularRps: 1.5 });
+    expect(commanded(state)).toEqual(twist(0.6, 1.5));
     push("back");
-    expect(commanded(state)).toEqual({ linearMps: -0.6, angularRps: 0 });
+    expect(commanded(state)).toEqual(twist(-0.6, 0));
     state.motion.value = { linear: 0.5, angular: -0.25 };
-    expect(commanded(state)).toEqual({ linearMps: 0.3, angularRps: -0.375 });
+    expect(commanded(state)).toEqual(twist(0.3, -0.375));
+  });
+
+  it("is no faster on a diagonal than ahead, and never sideways where the robot cannot", () => {
+    prefer({ speed: "fast" });
+    state.motion.value = { linear: 1, angular: 0, lateral: -1 };
+    const aslant = 0.6 * Math.SQRT1_2;
+    expect(commanded(state).lateralMps).toBeCloseTo(0);
+    const now = state.hello.peek();
+    if (now) state.hello.value = { ...now, robot: { ...now.robot, max_lateral_mps: 0.6 } };
+    expect(commanded(state).linearMps).toBeCloseTo(aslant);
+    expect(commanded(state).lateralMps).toBeCloseTo(-aslant);
+    state.driveShare.value = 0.5;
+    expect(commanded(state).lateralMps).toBeCloseTo(-aslant / 2);
   });
 
   it("is slower at slow speed, and with the host's limit for guests", () => {
@@ -197,7 +211,7 @@ describe("what is commanded", () => {
   it("is proportional to a stick's deflection", () => {
     prefer({ speed: "fast" });
     state.motion.value = { linear: 0.5, angular: -0.25 };
-    expect(commanded(state)).toEqual({ linearMps: 0.3, angularRps: -0.375 });
+    expect(commanded(state)).toEqual(twist(0.3, -0.375));
   });
 
   it("is slow for a step at any speed", () => {
@@ -216,7 +230,7 @@ describe("what is commanded", () => {
     state.driveShare.value = 0.5;
     expect(commanded(state).linearMps).toBeCloseTo(0.3);
     state.driveShare.value = 0;
-    expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
+    expect(commanded(state)).toEqual(twist(0, 0));
   });
 
   it("is nothing while a stop is in force", () => {
@@ -225,7 +239,7 @@ describe("what is commanded", () => {
       operator: 1,
       stop: pressedBy("Ada"),
     });
-    expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
+    expect(commanded(state)).toEqual(twist(0, 0));
   });
 });
 

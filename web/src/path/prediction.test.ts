@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { numbers } from "../testing/random";
+import { twist } from "../testing/twist";
 import { arcOf, pathData } from "./arc";
 import type { Camera } from "./camera";
 import type { Twist } from "./motion";
@@ -12,8 +13,14 @@ const CAMERA: Camera = { heightM: 0.3, tiltDeg: 30, fovDeg: 75, axisRow: 0.5 };
 const FRAME_MS = 20;
 
 /** The prediction after this was held for a time. */
-function held(twist: Twist, forMs: number, history = new History(), fromMs = 0): Prediction | null {
-  for (let atMs = fromMs; atMs <= fromMs + forMs; atMs += FRAME_MS) history.note(atMs, twist, RAMP);
+function held(
+  wanted: Twist,
+  forMs: number,
+  history = new History(),
+  fromMs = 0,
+): Prediction | null {
+  for (let atMs = fromMs; atMs <= fromMs + forMs; atMs += FRAME_MS)
+    history.note(atMs, wanted, RAMP);
   return predict(history, fromMs + forMs, DELAYS, BRAKING_MPS2);
 }
 
@@ -24,44 +31,52 @@ function made(prediction: Prediction | null): Prediction {
 
 describe("where the robot will be", () => {
   it("is as far as it drives in both delays, and it stops a braking distance further", () => {
-    const { arrival, stand } = made(held({ linearMps: 0.6, angularRps: 0 }, 2000));
+    const { arrival, stand } = made(held(twist(0.6, 0), 2000));
     expect(arrival.aheadM).toBeCloseTo(0.6 * 0.3, 6);
     expect(arrival.leftM).toBe(0);
     expect(stand.aheadM).toBeCloseTo(0.6 * 0.3 + 0.6 ** 2 / (2 * BRAKING_MPS2), 6);
   });
 
   it("is its old place at first, since it has only begun", () => {
-    const early = made(held({ linearMps: 0.6, angularRps: 0 }, 100)).arrival.aheadM;
-    const late = made(held({ linearMps: 0.6, angularRps: 0 }, 2000)).arrival.aheadM;
+    const early = made(held(twist(0.6, 0), 100)).arrival.aheadM;
+    const late = made(held(twist(0.6, 0), 2000)).arrival.aheadM;
     expect(early).toBeGreaterThan(0);
     expect(early).toBeLessThan(late / 10);
   });
 
   it("is its old place while it stands, or turns on the spot", () => {
-    expect(held({ linearMps: 0, angularRps: 0 }, 1000)).toBeNull();
-    expect(held({ linearMps: 0, angularRps: 1.5 }, 1000)).toBeNull();
+    expect(held(twist(0, 0), 1000)).toBeNull();
+    expect(held(twist(0, 1.5), 1000)).toBeNull();
     expect(predict(new History(), 0, DELAYS, BRAKING_MPS2)).toBeNull();
   });
 
   it("stops changing within both delays after the release", () => {
     const history = new History();
-    held({ linearMps: 0.6, angularRps: 0 }, 1000, history);
-    const just = made(held({ linearMps: 0, angularRps: 0 }, 100, history, 1020));
+    held(twist(0.6, 0), 1000, history);
+    const just = made(held(twist(0, 0), 100, history, 1020));
     expect(just.onwards).toEqual([]);
     expect(just.stand).toBe(just.arrival);
     expect(just.arrival.aheadM).toBeCloseTo(0.6 * 0.2, 6);
-    expect(held({ linearMps: 0, angularRps: 0 }, 320, history, 1140)).toBeNull();
+    expect(held(twist(0, 0), 320, history, 1140)).toBeNull();
   });
 
   it("is behind the robot when it drives back", () => {
-    const { arrival, stand } = made(held({ linearMps: -0.6, angularRps: 0.5 }, 1000));
+    const { arrival, stand } = made(held(twist(-0.6, 0.5), 1000));
     expect(arrival.aheadM).toBeLessThan(0);
     expect(stand.aheadM).toBeLessThan(arrival.aheadM);
   });
 
+  it("is beside the robot when it moves sideways, and it stops a braking distance further", () => {
+    const { arrival, stand, onwards } = made(held(twist(0, 0, -0.6), 2000));
+    expect(arrival).toMatchObject({ aheadM: 0, headingRad: 0 });
+    expect(arrival.leftM).toBeCloseTo(-0.6 * 0.3, 6);
+    expect(stand.leftM).toBeCloseTo(-0.6 * 0.3 - 0.6 ** 2 / (2 * BRAKING_MPS2), 6);
+    expect((onwards.at(-1)?.leftM ?? 0) - arrival.leftM).toBeCloseTo(-2, 6);
+  });
+
   it("includes stopping on the arc on which it drives", () => {
     const radiusM = 0.5;
-    const { arrival, stand } = made(held({ linearMps: 0.6, angularRps: 1.2 }, 2000));
+    const { arrival, stand } = made(held(twist(0.6, 1.2), 2000));
     for (const pose of [arrival, stand]) {
       const fromCentre = Math.hypot(pose.aheadM, pose.leftM - radiusM);
       expect(fromCentre).toBeCloseTo(radiusM, 6);
@@ -71,23 +86,23 @@ describe("where the robot will be", () => {
 
   it("has a lane two metres long, at every speed", () => {
     for (const linearMps of [0.1, 0.6]) {
-      const { arrival, onwards } = made(held({ linearMps, angularRps: 0 }, 2000));
+      const { arrival, onwards } = made(held(twist(linearMps, 0), 2000));
       expect((onwards.at(-1)?.aheadM ?? 0) - arrival.aheadM).toBeCloseTo(2, 6);
     }
   });
 
   it("turns at most by a right angle from there", () => {
-    const { arrival, onwards } = made(held({ linearMps: 0.1, angularRps: 3 }, 2000));
+    const { arrival, onwards } = made(held(twist(0.1, 3), 2000));
     const last = onwards.at(-1);
     expect((last?.headingRad ?? 0) - arrival.headingRad).toBeCloseTo(Math.PI / 2, 6);
   });
 
   it("is the same at every moment of steady driving", () => {
-    const twist = { linearMps: 0.6, angularRps: 0.8 };
+    const steady = twist(0.6, 0.8, 0.2);
     const history = new History();
-    held(twist, 2000, history);
+    held(steady, 2000, history);
     const written = (nowMs: number) => {
-      history.note(nowMs, twist, RAMP);
+      history.note(nowMs, steady, RAMP);
       const arc = arcOf(made(predict(history, nowMs, DELAYS, BRAKING_MPS2)), CAMERA, 4 / 3, 0.3);
       return [...(arc?.lanes ?? []), arc?.arrival ?? [], arc?.stand ?? []].map(pathData);
     };
@@ -98,16 +113,16 @@ describe("where the robot will be", () => {
 
   it("does not remember a previous turn", () => {
     const history = new History();
-    held({ linearMps: 0.6, angularRps: 0 }, 1000, history);
+    held(twist(0.6, 0), 1000, history);
     history.clear();
     expect(predict(history, 1000, DELAYS, BRAKING_MPS2)).toBeNull();
-    held({ linearMps: 0.6, angularRps: 0 }, 1000, history, 20_000);
-    expect(held({ linearMps: 0.6, angularRps: 0 }, 0, history, 40_000)).toBeNull();
+    held(twist(0.6, 0), 1000, history, 20_000);
+    expect(held(twist(0.6, 0), 0, history, 40_000)).toBeNull();
   });
 });
 
 describe("its lines in the picture", () => {
-  const straight = made(held({ linearMps: 0.6, angularRps: 0 }, 2000));
+  const straight = made(held(twist(0.6, 0), 2000));
 
   it("are mirror images while it drives straight ahead", () => {
     const arc = arcOf(straight, CAMERA, 4 / 3, 0.3);
@@ -127,7 +142,7 @@ describe("its lines in the picture", () => {
     const next = numbers(5);
     for (let n = 0; n < 100; n++) {
       const linearMps = next(0.1, 1);
-      const speed = { linearMps, angularRps: linearMps * next(-0.4, 0.4) };
+      const speed = twist(linearMps, linearMps * next(-0.4, 0.4));
       const arc = arcOf(made(held(speed, 1500)), CAMERA, 4 / 3, 0.3);
       if (!arc) continue;
       for (const lane of arc.lanes) {
@@ -141,7 +156,7 @@ describe("its lines in the picture", () => {
   });
 
   it("bend to the side to which it turns", () => {
-    const arc = arcOf(made(held({ linearMps: 0.6, angularRps: 1 }, 2000)), CAMERA, 4 / 3, null);
+    const arc = arcOf(made(held(twist(0.6, 1), 2000)), CAMERA, 4 / 3, null);
     const [middle = []] = arc?.lanes ?? [];
     expect(middle.at(-1)?.x).toBeLessThan((middle[0]?.x ?? 0) - 0.1);
   });
@@ -152,8 +167,44 @@ describe("its lines in the picture", () => {
     expect(arc?.stand).toHaveLength(2);
   });
 
+  const above: Camera = { heightM: 10, tiltDeg: 90, fovDeg: 75, axisRow: 0.5 };
+  const WIDTH_M = 0.3;
+
+  /** How broad the strip is from edge to edge, in robot's widths, seen from above. */
+  function breadthOf(way: Twist): number {
+    const arc = arcOf(made(held(way, 2000)), above, 1, WIDTH_M);
+    const [left, right] = (arc?.lanes ?? []).map((lane) => lane.at(-1));
+    const widest = 2 * above.heightM * Math.tan((above.fovDeg * Math.PI) / 360);
+    const apart = Math.hypot((left?.x ?? 0) - (right?.x ?? 0), (left?.y ?? 0) - (right?.y ?? 0));
+    return (apart * widest) / WIDTH_M;
+  }
+
+  it("are a square's edges apart: as broad ahead as sideways, broader on a diagonal", () => {
+    expect(breadthOf(twist(0.6, 0))).toBeCloseTo(1, 6);
+    expect(breadthOf(twist(0, 0, 0.6))).toBeCloseTo(1, 6);
+    expect(breadthOf(twist(0.4, 0, 0.4))).toBeCloseTo(Math.SQRT2, 6);
+    expect(breadthOf(twist(-0.4, 0, 0.4))).toBeCloseTo(Math.SQRT2, 6);
+  });
+
+  it("do not cross when it turns back sideways", () => {
+    const history = new History();
+    held(twist(0.4, 0, 0.4), 1000, history);
+    const back = made(held(twist(-0.4, 0, -0.4), 140, history, 1020));
+    expect(new Set(back.until.map((pose) => pose.courseRad)).size).toBe(2);
+    const [left = [], right = []] = arcOf(back, above, 1, WIDTH_M)?.lanes ?? [];
+    left.forEach((spot, at) => {
+      expect(spot.x - spot.y).toBeLessThan((right[at]?.x ?? 0) - (right[at]?.y ?? 0));
+    });
+  });
+
+  it("are drawn for the part of a diagonal that is in view, and for nothing beside it", () => {
+    const arc = arcOf(made(held(twist(0.5, 0, 0.3), 2000)), CAMERA, 4 / 3, WIDTH_M);
+    expect(arc?.lanes.every((lane) => lane.length > 2)).toBe(true);
+    expect(arcOf(made(held(twist(0, 0, 0.6), 2000)), CAMERA, 4 / 3, WIDTH_M)).toBeNull();
+  });
+
   it("are none if the path is out of view", () => {
-    const back = made(held({ linearMps: -0.6, angularRps: 0 }, 2000));
+    const back = made(held(twist(-0.6, 0), 2000));
     expect(arcOf(back, { ...CAMERA, tiltDeg: 0 }, 4 / 3, 0.3)).toBeNull();
   });
 

@@ -7,13 +7,14 @@
  */
 
 import {
-  along,
+  courseOf,
   moved,
   type Pose,
   type Ramp,
   ramped,
   STANDSTILL,
   START,
+  speedOf,
   type Twist,
 } from "./motion";
 
@@ -67,7 +68,10 @@ export class History {
     const last = this.newest;
     const twist =
       this.#samples.length > 0 ? ramped(last, wanted, afterMs / 1000, ramp) : STANDSTILL;
-    const isSame = twist.linearMps === last.linearMps && twist.angularRps === last.angularRps;
+    const isSame =
+      twist.linearMps === last.linearMps &&
+      twist.angularRps === last.angularRps &&
+      twist.lateralMps === last.lateralMps;
     if (!isSame || this.#samples.length === 0) this.#samples.push({ atMs, twist });
     this.#notedMs = atMs;
     // The last sample before the window still counts at its beginning.
@@ -87,21 +91,27 @@ export class History {
 
   /** The path driven between two times, relative to its start. */
   since(fromMs: number, untilMs: number): Pose[] {
-    const way = [START];
     let pose = START;
+    const way: Pose[] = [];
     this.#samples.forEach(({ atMs, twist }, at) => {
       const startMs = Math.max(atMs, fromMs);
       const endMs = Math.min(this.#samples[at + 1]?.atMs ?? untilMs, untilMs);
       const forS = (endMs - startMs) / 1000;
-      if (forS <= 0) return;
+      if (forS <= 0 || isStill(twist)) return;
+      pose = { ...pose, courseRad: courseOf(twist) };
+      if (pose.courseRad !== way.at(-1)?.courseRad) way.push(pose);
       const steps = Math.max(1, Math.ceil(Math.abs(twist.angularRps * forS) / STEP_RAD));
       for (let step = 0; step < steps; step++) {
         pose = moved(pose, twist, forS / steps);
         way.push(pose);
       }
     });
-    return way;
+    return way.length > 0 ? way : [START];
   }
+}
+
+function isStill(twist: Twist): boolean {
+  return speedOf(twist) === 0 && twist.angularRps === 0;
 }
 
 /** Predicts the robot's path; null while it stands, or turns on the spot. */
@@ -114,7 +124,7 @@ export function predict(
   const until = history.since(nowMs - pictureMs - commandMs, nowMs);
   const arrival = until.at(-1) ?? START;
   const twist = history.newest;
-  const isUnderWay = Math.abs(twist.linearMps) >= STANDS_MPS;
+  const isUnderWay = speedOf(twist) >= STANDS_MPS;
   const hasMoved = Math.hypot(arrival.aheadM, arrival.leftM) >= STANDS_MPS / 10;
   if (!isUnderWay && !hasMoved) return null;
   if (!isUnderWay) return { until, onwards: [], arrival, stand: arrival };
@@ -122,19 +132,14 @@ export function predict(
     until,
     onwards: onwards(arrival, twist),
     arrival,
-    stand: braked(arrival, twist, brakingMps2),
+    // It brakes along its current arc.
+    stand: moved(arrival, twist, speedOf(twist) / (2 * brakingMps2)),
   };
-}
-
-/** Where a robot stops if it brakes along its current arc. */
-function braked(from: Pose, { linearMps, angularRps }: Twist, brakingMps2: number): Pose {
-  const lengthM = (linearMps * Math.abs(linearMps)) / (2 * brakingMps2);
-  return along(from, lengthM, (lengthM * angularRps) / linearMps);
 }
 
 /** The lane from there on, equally long at every speed: it shows a curve, not a time. */
 function onwards(from: Pose, twist: Twist): Pose[] {
   const turnS = MOST_TURN_RAD / Math.max(Math.abs(twist.angularRps), 1e-6);
-  const forS = Math.min(LOOK_AHEAD_M / Math.abs(twist.linearMps), turnS);
+  const forS = Math.min(LOOK_AHEAD_M / speedOf(twist), turnS);
   return Array.from({ length: STEPS + 1 }, (_, step) => moved(from, twist, (forS * step) / STEPS));
 }

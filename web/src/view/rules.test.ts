@@ -48,6 +48,12 @@ it("promise no watchdog that this robot lacks", () => {
   expect(alone).not.toContain("null");
 });
 
+it("state the highest speed in any direction", () => {
+  const { robot } = hello();
+  expect(all()).toContain("never faster than 0.6 m/s");
+  expect(all({ robot: { ...robot, max_lateral_mps: 0.8 } })).toContain("never faster than 0.8 m/s");
+});
+
 it("state how long a lost turn is kept", () => {
   expect(all({ grace_s: 7 })).toContain("back within 7 s");
 });

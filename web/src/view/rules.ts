@@ -23,7 +23,7 @@ export function lossSentences(
     on_loss.soft_braking ? t("rules.soft_braking") : t("rules.hard_braking"),
     t("rules.distance", {
       distance: figure(on_loss.max_stop_distance_m),
-      speed: figure(robot.max_linear_mps),
+      speed: figure(Math.max(robot.max_linear_mps, robot.max_lateral_mps ?? 0)),
     }),
     watchdogSentence(on_loss.silence_ms, told_ttl_ms ?? on_loss.robot_ttl_ms),
     on_loss.stop_by === "everybody" ? t("rules.everybody_stops") : t("rules.operator_stops"),
