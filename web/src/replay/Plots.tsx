@@ -1,5 +1,6 @@
 import type { Signal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
+import type { Steered } from "../messages";
 import { t } from "../words/words";
 import { type Box, type Point, scaleFor, steps, xOf } from "./plot";
 import type { Mark, OpenPart, Timeline } from "./timeline";
@@ -100,6 +101,28 @@ function plotsOf(timeline: Timeline): PlotProps[] {
   const own = timeline.watched.filter((one) => one.event.drives);
   const delay = (of: "picture_ms" | "sound_ms" | "round_trip_ms") =>
     own.map(({ atMs, event }) => ({ atMs, value: event[of] }));
+  const { steered } = timeline;
+  const speeds = (title: string, wanted: (of: Steered) => number, given: typeof wanted) => ({
+    title,
+    unit: t("replay.plot.mps"),
+    least: 0.1,
+    isSigned: true,
+    lengthMs,
+    marks,
+    lines: [
+      {
+        name: t("replay.line.wanted"),
+        kind: "picture",
+        points: steered.map(({ atMs, event }) => ({ atMs, value: wanted(event) })),
+      },
+      {
+        name: t("replay.line.given"),
+        kind: "sound",
+        points: steered.map(({ atMs, event }) => ({ atMs, value: given(event) })),
+      },
+    ],
+  });
+  const wasSideways = steered.some((one) => one.event.wanted_lateral_mps || one.event.lateral_mps);
   return [
     {
       title: t("replay.plot.delay"),
@@ -127,28 +150,19 @@ function plotsOf(timeline: Timeline): PlotProps[] {
         },
       ],
     },
-    {
-      title: t("replay.plot.forward"),
-      unit: t("replay.plot.mps"),
-      least: 0.1,
-      isSigned: true,
-      lengthMs,
-      marks,
-      lines: [
-        {
-          name: t("replay.line.wanted"),
-          kind: "picture",
-          points: timeline.steered.map(({ atMs, event }) => ({
-            atMs,
-            value: event.wanted_linear_mps,
-          })),
-        },
-        {
-          name: t("replay.line.given"),
-          kind: "sound",
-          points: timeline.steered.map(({ atMs, event }) => ({ atMs, value: event.linear_mps })),
-        },
-      ],
-    },
+    speeds(
+      t("replay.plot.forward"),
+      (one) => one.wanted_linear_mps,
+      (one) => one.linear_mps,
+    ),
+    ...(wasSideways
+      ? [
+          speeds(
+            t("replay.plot.sideways"),
+            (one) => one.wanted_lateral_mps ?? 0,
+            (one) => one.lateral_mps ?? 0,
+          ),
+        ]
+      : []),
   ];
 }

@@ -1,5 +1,12 @@
 // @vitest-environment dom
-import { findByRole, findByText, getByRole, getByText, queryByRole } from "@testing-library/dom";
+import {
+  findByRole,
+  findByText,
+  getByRole,
+  getByText,
+  queryAllByRole,
+  queryByRole,
+} from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, expect, it, vi } from "vitest";
@@ -37,6 +44,17 @@ function content(name: string, more: Partial<TapeContent> = {}): TapeContent {
   };
 }
 
+const STEERED = {
+  type: "steered",
+  turn: 1,
+  linear_mps: 0.5,
+  angular_rps: 0,
+  wanted_linear_mps: 0.5,
+  wanted_angular_rps: 0,
+  reason: null,
+  limit: null,
+} as const;
+
 /** Answers by path with these; anything else is an error with a sentence. */
 function serve(answers: Record<string, unknown>): void {
   vi.stubGlobal("fetch", async (path: string) => {
@@ -59,6 +77,19 @@ it("opens the newest part and seeks to an event of it", async () => {
   act(() => stop.click());
   await findByText(body, "Stopped by viewer 2");
   expect((getByRole(body, "slider", { name: "Time" }) as HTMLInputElement).value).toBe("5000");
+});
+
+it.each([
+  ["no plot of the speed sideways for a tape without it", {}, 0],
+  ["a plot of the speed sideways that a tape has", { wanted_lateral_mps: 0.3 }, 1],
+])("shows %s", async (_, more, count) => {
+  const event = { ...STEERED, ...more };
+  serve({
+    "api/tape": { parts: [part("one")] },
+    "api/tape/one": content("one", { events: [{ at_ms: 1000, event }] }),
+  });
+  await findByRole(body, "img", { name: "Forward" });
+  expect(queryAllByRole(body, "img", { name: "Sideways to the left" }).length).toBe(count);
 });
 
 it("enlarges a camera by a tap and by a key, and says when it shows nothing", async () => {

@@ -22,6 +22,9 @@ it("describes the operator's command and what became of it", () => {
   } as unknown as Commanded;
   expect(commandWords(command)).toBe("forward 50 %, right 100 %, pan; slow");
   expect(commandWords({ ...command, held: false })).toBe("nothing is held");
+  expect(commandWords({ ...command, lateral: -0.5 })).toBe(
+    "forward 50 %, sideways right 50 %, right 100 %, pan; slow",
+  );
   expect(commandWords(null)).toBe("no commands arrive");
   const steered = { linear_mps: 0, angular_rps: 0, reason: "too_old", limit: null } as Steered;
   expect(steeredWords(steered)).toBe(
@@ -30,6 +33,9 @@ it("describes the operator's command and what became of it", () => {
   expect(steeredWords({ ...steered, reason: "pressed" })).toBe("standing still (Stop is pressed)");
   expect(steeredWords({ ...steered, linear_mps: 0.4, reason: null, limit: "long_delay" })).toBe(
     "0.40 m/s, 0.00 rad/s (the operator reads “Slow: your connection has a long delay.”)",
+  );
+  expect(steeredWords({ ...steered, lateral_mps: -0.2, reason: null })).toBe(
+    "0.00 m/s, sideways -0.20 m/s, 0.00 rad/s",
   );
 });
 

@@ -34,11 +34,13 @@ export function clockWords(ms: number): string {
 export function commandWords(command: Commanded | null): string {
   if (!command) return t("replay.command.none");
   if (!command.held) return t("replay.command.released");
-  const { linear, angular } = command;
+  const { linear, angular, lateral = 0 } = command;
   const along = linear > 0 ? "replay.command.forward" : "replay.command.back";
+  const aside = lateral > 0 ? "replay.command.lateral_left" : "replay.command.lateral_right";
   const around = angular > 0 ? "replay.command.left" : "replay.command.right";
   const held = [
     ...(linear === 0 ? [] : [t(along, { share: percent(linear) })]),
+    ...(lateral === 0 ? [] : [t(aside, { share: percent(lateral) })]),
     ...(angular === 0 ? [] : [t(around, { share: percent(angular) })]),
     ...Object.keys(command.axes),
   ];
@@ -49,13 +51,16 @@ export function commandWords(command: Commanded | null): string {
 /** What became of the command: the robot's set-point, and what holds or slows the robot. */
 export function steeredWords(steered: Steered | null): string {
   if (!steered) return t("replay.unknown");
-  const { linear_mps, angular_rps, reason, limit } = steered;
-  const what =
-    linear_mps === 0 && angular_rps === 0
-      ? t("replay.stands")
-      : t("replay.motion", { ahead: figure(linear_mps, 2), turning: figure(angular_rps, 2) });
-  const why = reason ?? limit;
+  const what = motionWords(steered);
+  const why = steered.reason ?? steered.limit;
   return why ? t("replay.why", { what, why: reasonWords(why) }) : what;
+}
+
+function motionWords({ linear_mps, angular_rps, lateral_mps = 0 }: Steered): string {
+  if (linear_mps === 0 && angular_rps === 0 && lateral_mps === 0) return t("replay.stands");
+  const said = { ahead: figure(linear_mps, 2), turning: figure(angular_rps, 2) };
+  if (lateral_mps === 0) return t("replay.motion", said);
+  return t("replay.motion.sideways", { ...said, aside: figure(lateral_mps, 2) });
 }
 
 /** What the robot reports; a problem in its driver's own words. */
