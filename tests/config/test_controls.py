@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from wax.config import settings as config
-from wax.config.controls import DRIVING_KEYS
+from wax.config.controls import DRIVING_KEYS, LATERAL_KEYS
 from wax.errors import ConfigError
 
 ROOT = Path(__file__).parents[2]
@@ -156,7 +156,18 @@ def test_no_control_can_have_a_key_of_driving() -> None:
     """The refused keys are exactly the page's own default keys."""
     source = (ROOT / "web/src/drive/keyMap.ts").read_text(encoding="utf-8")
     (table,) = re.findall(r"DEFAULT_KEYS: KeyMap = \{(.*?)\n\};", source, re.DOTALL)
-    assert frozenset(re.findall(r'"(\w+)"', table)) == DRIVING_KEYS
+    assert frozenset(re.findall(r'"(\w+)"', table)) == DRIVING_KEYS | LATERAL_KEYS
+
+
+@pytest.mark.parametrize("key", sorted(LATERAL_KEYS))
+def test_a_key_that_moves_sideways_is_free_on_a_robot_that_cannot(key: str) -> None:
+    """Q and E are refused only where the robot moves sideways by them."""
+    text = LAMP + f'key = "{key}"\n[robot]\n'
+    assert _parsed(text).controls[0].key == key
+    assert _parsed(text + 'base = "mecanum"\nmax_lateral_mps = 0').controls[0].key == key
+    refused = f"controls: lamp has the key {key}, which moves this robot sideways; give it another"
+    with pytest.raises(ConfigError, match=re.escape(refused)):
+        _parsed(text + 'base = "mecanum"')
 
 
 def test_the_manuals_examples_are_valid() -> None:

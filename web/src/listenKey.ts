@@ -5,11 +5,11 @@ import { isOwnPress } from "./typing";
 export function listenKey(
   window: Window,
   act: () => void,
-  isKey: (code: string) => boolean,
+  isKey: (code: string, isShifted: boolean) => boolean,
   signal: AbortSignal,
 ): void {
   const onDown = (event: KeyboardEvent) => {
-    if (isKey(codeOf(event)) && isOwnPress(event)) act();
+    if (isKey(codeOf(event), event.shiftKey) && isOwnPress(event)) act();
   };
   window.addEventListener("keydown", onDown, { signal });
 }

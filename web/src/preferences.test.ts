@@ -38,7 +38,7 @@ it("restores what was saved", () => {
     ...DRIVE_DEFAULTS,
     way: "step",
     stepMs: 600,
-    keys: { ...DRIVE_DEFAULTS.keys, forward: ["KeyE"] },
+    keys: { ...DRIVE_DEFAULTS.keys, forward: ["KeyZ"] },
   } as const;
   savePreferences(mine, chosen);
   expect(loadPreferences(mine)).toEqual(chosen);

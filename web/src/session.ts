@@ -536,8 +536,8 @@ export function startSession(): Session {
   });
 
   const { signal } = new AbortController();
-  const isKeyFor = (action: KeyAction) => (key: string) =>
-    actionOf(state.preferences.peek().keys, key) === action;
+  const isKeyFor = (action: KeyAction) => (key: string, isShifted: boolean) =>
+    actionOf(state.keys.peek(), key, isShifted) === action;
   const toggleSpeed = () =>
     actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow");
   const tellOfPad = (what: PadNews) => say(t(PAD_NEWS[what]));

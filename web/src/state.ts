@@ -4,6 +4,7 @@ import { computed, type ReadonlySignal, type Signal, signal } from "@preact/sign
 import type { MissedCall } from "./call";
 import { NO_PADS, type PadState } from "./drive/gamepad";
 import type { Direction, Motion } from "./drive/inputState";
+import { type KeyMap, keysInForce } from "./drive/keyMap";
 import type { ScanItem } from "./drive/scanner";
 import type { LinkState } from "./link/link";
 import { isNeededForDriving } from "./link/thin";
@@ -145,6 +146,10 @@ export interface State extends Permissions {
   isConnected: ReadonlySignal<boolean>;
   /** Whether nothing has arrived over the connection recently. */
   isSilent: ReadonlySignal<boolean>;
+  /** Whether the robot can. */
+  movesSideways: ReadonlySignal<boolean>;
+  /** The user's keys, as they work on this robot. */
+  keys: ReadonlySignal<KeyMap>;
   /** The cameras other than the driving view. */
   cameras: ReadonlySignal<readonly CameraInfo[]>;
   me: ReadonlySignal<ViewerInfo | null>;
@@ -189,6 +194,8 @@ export function createState(kept: Preferences): State {
   });
 
   const served = signal<Served | null>(null);
+  const preferences = signal(kept);
+  const movesSideways = computed(() => (hello.value?.robot.max_lateral_mps ?? 0) > 0);
 
   return {
     link,
@@ -200,7 +207,7 @@ export function createState(kept: Preferences): State {
     driveReason: signal(null),
     driveShare: signal(1),
     notice: signal(null),
-    preferences: signal(kept),
+    preferences,
     isSoundOn: signal(false),
     isStartOffered: signal(kept.sound),
     facts: signal(NO_FACTS),
@@ -233,6 +240,8 @@ export function createState(kept: Preferences): State {
     serverMs,
     isConnected,
     isSilent,
+    movesSideways,
+    keys: computed(() => keysInForce(preferences.value.keys, movesSideways.value)),
     cameras: computed(() => (isInRoom.value ? [] : (hello.value?.cameras ?? []))),
     me,
     operator: computed(() => viewer(room.value?.turn.operator)),

@@ -25,6 +25,8 @@ DRIVING_KEYS: Final = frozenset(
     | {f"Key{letter}" for letter in "WSADFJLIKOTCMN"}
 )
 """The keys that the page itself uses by default (`web/src/drive/keyMap.ts`)."""
+LATERAL_KEYS: Final = frozenset({"KeyQ", "KeyE"})
+"""Those that it uses only for a robot that moves sideways."""
 
 _TAKEN_BY_BROWSERS: Final = re.compile(
     r"Tab|Escape|CapsLock|Fn.*|F\d+|Unidentified|(Control|Alt|Meta|OS|Shift)(Left|Right)"
@@ -191,8 +193,19 @@ class GaugeSettings(ConfigTable):
         return self
 
 
-def check_names(controls: Sequence[ControlSettings], gauges: Sequence[GaugeSettings]) -> None:
-    """Raise `ValueError` if two have the same name or key."""
+def check_controls(
+    controls: Sequence[ControlSettings], gauges: Sequence[GaugeSettings], lateral_mps: float
+) -> None:
+    """Raise `ValueError` if two have the same name or key, or one has a key that drives sideways.
+
+    `lateral_mps` is the robot's highest speed sideways, 0 if it cannot.
+    """
+    for one in controls:
+        if lateral_mps > 0 and one.key in LATERAL_KEYS:
+            raise ValueError(
+                f"controls: {one.name} has the key {one.key}, which moves this robot sideways; give"
+                " it another"
+            )
     own = "give each its own"
     check_apart(f"controls: two have the name {{}}; {own}", [one.name for one in controls])
     check_apart(f"controls: two have the key {{}}; {own}", [one.key for one in controls if one.key])

@@ -17,7 +17,7 @@ from wax.config.controls import (
     MAX_GAUGES,
     ControlSettings,
     GaugeSettings,
-    check_names,
+    check_controls,
 )
 from wax.config.door import DoorSettings, check_server
 from wax.config.drive import DriveSettings
@@ -119,7 +119,7 @@ class Settings(ConfigTable):
 
     @model_validator(mode="after")
     def _controls_differ(self) -> Self:
-        check_names(self.controls, self.gauges)
+        check_controls(self.controls, self.gauges, self.robot.lateral_mps)
         return self
 
     @model_validator(mode="after")

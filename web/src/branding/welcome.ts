@@ -1,6 +1,7 @@
 /** When a user is new here: until they have driven, or have read how to. */
 
 import { effect } from "@preact/signals";
+import { isMoving } from "../drive/inputState";
 import type { Preferences } from "../preferences";
 import type { State } from "../state";
 
@@ -10,8 +11,7 @@ export function listenFirstDrive(
   keep: (change: Partial<Preferences>) => void,
 ): () => void {
   return effect(() => {
-    const { linear, angular } = state.motion.value;
-    const drives = state.mayMove.value && (linear !== 0 || angular !== 0);
+    const drives = state.mayMove.value && isMoving(state.motion.value);
     if (drives && !state.preferences.peek().welcomed) keep({ welcomed: true });
   });
 }

@@ -9,7 +9,11 @@ let axisKeys: AxisKeys;
 beforeEach(() => {
   vi.useFakeTimers();
   positions = {};
-  input = new InputState({ changed: () => {}, deflected: () => {} });
+  input = new InputState({
+    changed: () => {},
+    deflected: () => {},
+    movesSideways: () => false,
+  });
   input.enable();
   axisKeys = new AxisKeys({
     input,

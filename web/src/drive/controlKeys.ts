@@ -20,7 +20,7 @@ export function listenControlKeys(target: EventTarget, options: ControlKeysOptio
   const down = new KeysDown((holder) => void operating.release(holder));
   const onDown = (event: KeyboardEvent) => {
     down.press(event);
-    const control = controlOf(controls(), keys(), codeOf(event));
+    const control = controlOf(controls(), keys(), codeOf(event), event.shiftKey);
     if (!control || event.defaultPrevented || !isOwnPress(event)) return;
     event.preventDefault();
     if (control.kind === "button") operating.press(holderOf(event), control.name);
@@ -37,6 +37,8 @@ export function controlOf(
   controls: readonly ControlInfo[],
   keys: KeyMap,
   key: string,
+  isShifted = false,
 ): ControlInfo | undefined {
-  return actionOf(keys, key) === null ? controls.find((one) => one.key === key) : undefined;
+  const isFree = actionOf(keys, key, isShifted) === null;
+  return isFree ? controls.find((one) => one.key === key) : undefined;
 }

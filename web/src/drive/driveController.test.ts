@@ -1,11 +1,11 @@
 // @vitest-environment dom
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Drive } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { controllerOf } from "../testing/driving";
 import { pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
-import { hello, pressedBy, room } from "../testing/messages";
+import { hello, planar, pressedBy, room } from "../testing/messages";
 import type { DriveController } from "./driveController";
 
 const ADA = 1;
@@ -26,8 +26,9 @@ function drives(operator: number | undefined, more: Partial<Parameters<typeof ro
   state.room.value = room({ ...(operator && { operator }), ...more });
 }
 
-function key(type: "keydown" | "keyup", code: string): void {
-  document.body.dispatchEvent(new KeyboardEvent(type, { code, bubbles: true, cancelable: true }));
+function key(type: "keydown" | "keyup", code: string, shiftKey = false): void {
+  const told = { code, shiftKey, bubbles: true, cancelable: true };
+  document.body.dispatchEvent(new KeyboardEvent(type, told));
 }
 
 beforeEach(() => {
@@ -64,6 +65,51 @@ it("sends a press at once, with the turn from the room state", () => {
   controller.input.press("a", "forward");
   expect(sent).toMatchObject([{ turn: 9, linear: 1, held: true, urgent: false }]);
   expect(state.held.value).toEqual(new Set(["forward"]));
+});
+
+describe("sideways", () => {
+  const pressesAll = () => {
+    key("keydown", "KeyQ");
+    key("keydown", "ArrowLeft", true);
+    const mine = pad({ axes: [0, 0, 0, 0] });
+    plugIn([mine]);
+    controller.useGamepad(0);
+    readings(2);
+    mine.axes[0] = -1;
+    push(mine, 4);
+    readings(2);
+    takeAwayGamepads();
+  };
+
+  it("is in no message to a robot that cannot, whatever is pressed", () => {
+    drives(ADA);
+    pressesAll();
+    expect(sent.at(-1)).toMatchObject({ held: true, angular: 1 });
+    expect(sent.some((one) => "lateral" in one)).toBe(false);
+    expect(state.held.value).toEqual(new Set(["left"]));
+  });
+
+  it("is in each message to a robot that can", () => {
+    state.hello.value = planar(hello({ viewer: ADA, command_rate_hz: 50 }));
+    drives(ADA);
+    expect(sent.at(-1)).toMatchObject({ lateral: 0, held: false });
+    pressesAll();
+    expect(sent.at(-1)).toMatchObject({ lateral: 1, angular: 0, held: true });
+    expect(state.held.value).toEqual(new Set(["lateral_left"]));
+    key("keyup", "KeyQ");
+    controller.letGo();
+    expect(sent.at(-1)).toMatchObject({ lateral: 0, held: false, urgent: true });
+  });
+
+  it("is a short, slow move in steps", () => {
+    state.hello.value = planar(hello({ viewer: ADA, command_rate_hz: 50 }));
+    state.preferences.value = { ...state.preferences.value, way: "step", speed: "fast" };
+    drives(ADA);
+    key("keydown", "KeyE");
+    expect(sent.at(-1)).toMatchObject({ lateral: -1, speed: "slow", held: true });
+    vi.advanceTimersByTime(state.preferences.value.stepMs);
+    expect(sent.at(-1)).toMatchObject({ lateral: 0, held: false });
+  });
 });
 
 it("sends a release at once and repeats it", () => {

@@ -60,6 +60,7 @@ export class DriveController {
         this.#sender.deflected();
         state.motion.value = this.input.motion;
       },
+      movesSideways: () => state.movesSideways.peek(),
     });
     this.ways = new Ways({
       input: this.input,
@@ -108,7 +109,7 @@ export class DriveController {
       recentre: () => this.recentre(),
     });
     listenKeyboard(window, {
-      keys: () => state.preferences.peek().keys,
+      keys: () => state.keys.peek(),
       isDriving,
       isFor: (action) => keyActions.isFor(action),
       press: (holder, action) => keyActions.press(holder, action),
@@ -120,7 +121,7 @@ export class DriveController {
     listenControlKeys(window, {
       operating: this.operating,
       controls: () => state.usableControls.peek(),
-      keys: () => state.preferences.peek().keys,
+      keys: () => state.keys.peek(),
       signal,
     });
     const onPointer = (event: Event) => {
@@ -138,6 +139,7 @@ export class DriveController {
       input,
       ways,
       settings: () => state.preferences.peek().gamepad,
+      movesSideways: () => state.movesSideways.peek(),
       isDriving,
       changed: (pads) => {
         state.pads.value = pads;
@@ -204,6 +206,7 @@ export class DriveController {
         const { switches, dwellMs } = state.preferences.peek();
         return switches === 1 ? dwellMs : null;
       },
+      movesSideways: () => state.movesSideways.peek(),
       offer: (item) => {
         state.scan.value = item;
       },

@@ -10,6 +10,7 @@ it("restores what was saved", () => {
     dwellMs: 500,
     gamepad: {
       turn: "right",
+      planarTurn: "left",
       triggers: false,
       deadZone: 0.5,
       curve: 3,
@@ -22,7 +23,10 @@ it("restores what was saved", () => {
 it.each([
   {},
   { way: "fly", stepMs: 100_000, switches: 3, dwellMs: "1", keys: 7, gamepad: null },
-  { stepMs: 0, gamepad: { turn: 1, triggers: 1, deadZone: 0, curve: Number.NaN } },
+  {
+    stepMs: 0,
+    gamepad: { turn: 1, planarTurn: "up", triggers: 1, deadZone: 0, curve: Number.NaN },
+  },
   { gamepad: "Xbox" },
   { gamepad: { rests: "Stick" } },
   { gamepad: { rests: { a: null, b: [0, 0], c: [0, 0, 1.1], d: [0, 0, null], e: [0, 0, 0, 0] } } },

@@ -36,7 +36,14 @@ export const DRIVE_DEFAULTS: DrivePreferences = {
   switches: 1,
   dwellMs: 1500,
   keys: DEFAULT_KEYS,
-  gamepad: { turn: "left", triggers: true, deadZone: 0.15, curve: 1.5, rests: {} },
+  gamepad: {
+    turn: "left",
+    planarTurn: "right",
+    triggers: true,
+    deadZone: 0.15,
+    curve: 1.5,
+    rests: {},
+  },
 };
 
 /** Returns the stored choices, with defaults for missing or invalid ones. */
@@ -54,6 +61,7 @@ export function loadDrivePreferences(kept: Readonly<Record<string, unknown>>): D
     keys: loadKeys(kept.keys),
     gamepad: {
       turn: pad.turn === "right" ? "right" : of.gamepad.turn,
+      planarTurn: pad.planarTurn === "left" ? "left" : of.gamepad.planarTurn,
       triggers: typeof pad.triggers === "boolean" ? pad.triggers : of.gamepad.triggers,
       deadZone: ranged(pad.deadZone, RANGES.deadZone) ?? of.gamepad.deadZone,
       curve: ranged(pad.curve, RANGES.curve) ?? of.gamepad.curve,

@@ -19,16 +19,29 @@ let focused: boolean;
 let aborting: AbortController;
 let gamepad: GamepadInput;
 let settings: PadSettings;
+let isPlanar: boolean;
 
 beforeEach(() => {
   vi.useFakeTimers();
   for (const action of [stop, toggleSpeed, tell]) action.mockClear();
-  input = new InputState({ changed: () => {}, deflected: () => {} });
+  input = new InputState({
+    changed: () => {},
+    deflected: () => {},
+    movesSideways: () => isPlanar,
+  });
   input.enable();
   state = NO_PADS;
   mine = pad();
-  settings = { turn: "left", triggers: true, deadZone: 0.2, curve: 1, rests: {} };
+  settings = {
+    turn: "left",
+    planarTurn: "right",
+    triggers: true,
+    deadZone: 0.2,
+    curve: 1,
+    rests: {},
+  };
   driving = true;
+  isPlanar = false;
   focused = true;
   vi.spyOn(document, "hasFocus").mockImplementation(() => focused);
   aborting = new AbortController();
@@ -36,6 +49,7 @@ beforeEach(() => {
     input,
     ways: new Ways({ input, way: () => "hold", stepMs: () => 400 }),
     settings: () => settings,
+    movesSideways: () => isPlanar,
     isDriving: () => driving,
     stop,
     toggleSpeed,
@@ -65,6 +79,47 @@ function drives(): void {
   readings(2);
   expect(state).toMatchObject({ chosen: 0, isReady: true });
 }
+
+describe("a robot that moves sideways", () => {
+  beforeEach(() => {
+    isPlanar = true;
+  });
+
+  it("moves by either stick alone, and stops when that is released", () => {
+    drives();
+    mine.axes[0] = -1;
+    readings(1);
+    expect(input.motion).toEqual({ linear: 0, angular: 0, lateral: 1 });
+    mine.axes[0] = 0;
+    readings(1);
+    expect(input.isHolding).toBe(false);
+    mine.axes[2] = 1;
+    readings(1);
+    expect(input.motion).toEqual({ linear: 0, angular: -1, lateral: 0 });
+  });
+
+  it("moves nothing until both sticks have been released once", () => {
+    mine.axes[2] = 1;
+    listens();
+    plugIn([mine]);
+    gamepad.use(0);
+    readings(2);
+    expect(state).toMatchObject({ isReady: false, held: [{ kind: "axis", at: 2 }] });
+    mine.axes[2] = 0;
+    readings(2);
+    expect(state.isReady).toBe(true);
+  });
+
+  it("moves sideways while LB or RB is held", () => {
+    drives();
+    push(mine, 5);
+    readings(1);
+    expect(input.motion.lateral).toBe(-1);
+    push(mine, 5, 0);
+    readings(1);
+    expect(input.isHolding).toBe(false);
+  });
+});
 
 describe("a pad that was not chosen", () => {
   it("moves nothing, and is announced once", () => {

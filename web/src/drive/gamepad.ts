@@ -1,6 +1,6 @@
 /** When the chosen gamepad drives; its readings: `padReading.ts`, its doubts: `padRest.ts`. */
 
-import { DIRECTIONS, type Direction, type InputState } from "./inputState";
+import { DIRECTIONS, type Direction, type InputState, isMoving } from "./inputState";
 import {
   layoutOf,
   type PadLayout,
@@ -39,6 +39,7 @@ export interface GamepadInputOptions {
   input: InputState;
   ways: Ways;
   settings: () => PadSettings;
+  movesSideways: () => boolean;
   isDriving: () => boolean;
   stop: () => void;
   toggleSpeed: () => void;
@@ -160,7 +161,7 @@ export class GamepadInput {
 
   #listenToStarts(pads: readonly Gamepad[]): void {
     for (const pad of pads) {
-      const isPressed = readPad(pad, this.options.settings()).start;
+      const isPressed = this.#readingOf(pad).start;
       if (!isPressed) this.#starts.delete(pad.index);
       else if (!this.#starts.has(pad.index)) {
         this.use(pad.index);
@@ -178,7 +179,7 @@ export class GamepadInput {
       this.#rest = new PadRest();
     }
     this.#settings = settings;
-    const now = readPad(pad, settings);
+    const now = this.#readingOf(pad);
     const last = this.#last ?? now;
     this.#last = now;
     // A page without the focus gets no keys either.
@@ -206,6 +207,11 @@ export class GamepadInput {
     }
   }
 
+  #readingOf(pad: Gamepad): PadReading {
+    const { settings, movesSideways } = this.options;
+    return readPad(pad, settings(), movesSideways());
+  }
+
   #drive(now: PadReading, last: PadReading): void {
     const { input, ways, toggleSpeed } = this.options;
     if (now.speed && !last.speed) toggleSpeed();
@@ -214,7 +220,7 @@ export class GamepadInput {
       if (is && !was) ways.press(crossHolder(one), one);
       if (was && !is) ways.release(crossHolder(one));
     }
-    const isDeflected = now.motion.linear !== 0 || now.motion.angular !== 0;
+    const isDeflected = isMoving(now.motion);
     const wasDeflected = this.#isDeflected;
     this.#isDeflected = isDeflected;
     if (!isDeflected) input.release(STICK);

@@ -2,15 +2,19 @@ import { beforeEach, expect, it, vi } from "vitest";
 import { type Direction, InputState } from "./inputState";
 
 const STAND = { linear: 0, angular: 0 };
+/** The root of a half, as it is sent. */
+const DIAGONAL = Number(Math.SQRT1_2.toFixed(3));
 const onChange = vi.fn();
 const deflected = vi.fn();
 let input: InputState;
+let isPlanar: boolean;
 
 beforeEach(() => {
   vi.useFakeTimers();
   onChange.mockClear();
   deflected.mockClear();
-  input = new InputState({ changed: onChange, deflected });
+  isPlanar = false;
+  input = new InputState({ changed: onChange, deflected, movesSideways: () => isPlanar });
   input.enable();
 });
 
@@ -138,6 +142,37 @@ it("sums sticks and keys within the limits", () => {
   expect(input.motion).toEqual({ linear: 1, angular: -0.75 });
   input.press("another", { linear: 0, angular: -1 });
   expect(input.motion).toEqual({ linear: 1, angular: -1 });
+});
+
+it.each<[Direction, number]>([
+  ["lateral_left", 1],
+  ["lateral_right", -1],
+])("%s is lateral %d, and nothing on a robot that cannot", (direction, lateral) => {
+  input.press("a", direction);
+  expect(input.motion).toEqual(STAND);
+  isPlanar = true;
+  expect(input.motion).toEqual({ ...STAND, lateral });
+});
+
+it("is no faster on a diagonal than straight ahead, by keys or sticks, and turns apart", () => {
+  isPlanar = true;
+  input.press("a", "forward");
+  input.press("b", "lateral_right");
+  input.press("c", "left");
+  expect(input.motion).toEqual({ linear: DIAGONAL, angular: 1, lateral: -DIAGONAL });
+  input.releaseAll();
+  input.press("stick", { linear: 0.6, angular: 0, lateral: 0.8 });
+  expect(input.motion).toEqual({ linear: 0.6, angular: 0, lateral: 0.8 });
+  input.press("key", "lateral_left");
+  const { linear, lateral = 0 } = input.motion;
+  expect(Math.hypot(linear, lateral)).toBeCloseTo(1, 2);
+  expect(lateral / linear).toBeCloseTo(1.8 / 0.6, 1);
+});
+
+it("reports a stick that is moved only sideways", () => {
+  input.press("stick", { ...STAND, lateral: 0 });
+  expect(input.deflect("stick", { ...STAND, lateral: 0.5 })).toBe(true);
+  expect(deflected).toHaveBeenCalledOnce();
 });
 
 it("counts a centred stick as held, without motion", () => {

@@ -1,8 +1,16 @@
 /** What is held, and the motion it asks for; what ends it without a release: `letGo.ts`. */
 
-export type Direction = "forward" | "back" | "left" | "right";
+/** `lateral_…` move sideways, on a robot that can; `left` and `right` turn. */
+export type Direction = "forward" | "back" | "left" | "right" | "lateral_left" | "lateral_right";
 
-export const DIRECTIONS: readonly Direction[] = ["forward", "back", "left", "right"];
+export const DIRECTIONS: readonly Direction[] = [
+  "forward",
+  "back",
+  "left",
+  "right",
+  "lateral_left",
+  "lateral_right",
+];
 
 /** Fractions of the robot's limits; ahead and left are positive. */
 export interface Motion {
@@ -38,6 +46,7 @@ export interface InputStateOptions {
   changed: () => void;
   /** Called synchronously whenever a held stick changes its deflection. */
   deflected: () => void;
+  movesSideways: () => boolean;
 }
 
 /**
@@ -61,18 +70,27 @@ export class InputState {
 
   /**
    * The sum of everything held, within the limits and rounded to thousandths to be short on the
-   * wire; a direction counts once, however many holders it has.
+   * wire; a direction counts once, however many holders it has. Ahead and sideways are one vector,
+   * so that a diagonal is no faster than either alone.
    */
   get motion(): Motion {
     const share = (direction: Direction) => (this.holds(direction) ? 1 : 0);
     let linear = share("forward") - share("back");
     let angular = share("left") - share("right");
+    let lateral = share("lateral_left") - share("lateral_right");
     for (const held of this.#held.values()) {
       if (!isMotion(held)) continue;
       linear += held.linear;
       angular += held.angular;
+      lateral += held.lateral ?? 0;
     }
-    return { linear: within(linear), angular: within(angular) };
+    if (!this.options.movesSideways()) return { linear: within(linear), angular: within(angular) };
+    const length = Math.max(1, Math.hypot(linear, lateral));
+    return {
+      linear: within(linear / length),
+      angular: within(angular),
+      lateral: within(lateral / length),
+    };
   }
 
   /** The positions of the axes that are held; the others keep theirs. */
@@ -118,7 +136,10 @@ export class InputState {
     const held = this.#held.get(holder) ?? null;
     if (!isMotion(held)) return false;
     this.#held.set(holder, motion);
-    const isSame = held.linear === motion.linear && held.angular === motion.angular;
+    const isSame =
+      held.linear === motion.linear &&
+      held.angular === motion.angular &&
+      held.lateral === motion.lateral;
     if (!isSame) this.options.deflected();
     return true;
   }
@@ -152,6 +173,11 @@ export class InputState {
     this.#touched.delete(axis);
     this.options.changed();
   }
+}
+
+/** Whether it asks for any movement. */
+export function isMoving({ linear, angular, lateral = 0 }: Motion): boolean {
+  return linear !== 0 || angular !== 0 || lateral !== 0;
 }
 
 function isMotion(held: Held): held is Motion {

@@ -35,6 +35,8 @@ it.each<[KeyAction, string]>([
   ["back", "press key back"],
   ["left", "press key left"],
   ["right", "press key right"],
+  ["lateral_left", "press key lateral_left"],
+  ["lateral_right", "press key lateral_right"],
   ["stop", "stop"],
   ["speed", "speed"],
   ["recentre", "recentre"],

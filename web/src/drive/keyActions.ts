@@ -45,6 +45,8 @@ export class KeyActions {
       case "back":
       case "left":
       case "right":
+      case "lateral_left":
+      case "lateral_right":
         ways.pressKey(holder, action);
         break;
       case "stop":

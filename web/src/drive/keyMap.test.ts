@@ -1,7 +1,15 @@
 import { describe, expect, it } from "vitest";
 import { assign, unassign } from "./assignKey";
 import { codeOf } from "./codeOf";
-import { actionOf, DEFAULT_KEYS, KEY_ACTIONS, keyWords, loadKeys } from "./keyMap";
+import {
+  actionOf,
+  DEFAULT_KEYS,
+  KEY_ACTIONS,
+  type KeyMap,
+  keysInForce,
+  keyWords,
+  loadKeys,
+} from "./keyMap";
 
 describe("the default", () => {
   it("has no key twice", () => {
@@ -13,6 +21,56 @@ describe("the default", () => {
     expect(actionOf(DEFAULT_KEYS, "ArrowUp")).toBe("forward");
     expect(actionOf(DEFAULT_KEYS, "Space")).toBe("stop");
     expect(actionOf(DEFAULT_KEYS, "KeyZ")).toBeNull();
+  });
+});
+
+describe("Shift", () => {
+  const keys: KeyMap = {
+    ...DEFAULT_KEYS,
+    forward: ["KeyW", "Shift+KeyX"],
+    stop: ["Space", "KeyX"],
+  };
+
+  it("gives a key another action, if it has one, and changes no other key", () => {
+    expect(actionOf(keys, "ArrowLeft")).toBe("left");
+    expect(actionOf(keys, "ArrowLeft", true)).toBe("lateral_left");
+    expect(actionOf(keys, "KeyW", true)).toBe("forward");
+    expect(actionOf(keys, "KeyZ", true)).toBeNull();
+  });
+
+  it("never takes a key from Stop", () => {
+    expect(actionOf(keys, "KeyX", true)).toBe("stop");
+    expect(assign(keys, "forward", "Shift+Space")).toEqual({ why: "taken", by: "stop" });
+    expect(assign(keys, "back", "Shift+KeyX")).toEqual({ why: "taken", by: "stop" });
+  });
+
+  it("can be part of a new key, but not of one that is reserved", () => {
+    expect(assign(DEFAULT_KEYS, "lateral_left", "Shift+KeyZ")).toMatchObject({
+      keys: { lateral_left: ["KeyQ", "Shift+ArrowLeft", "Shift+KeyZ"] },
+    });
+    expect(assign(DEFAULT_KEYS, "lateral_left", "Shift+Tab")).toEqual({ why: "reserved" });
+    expect(loadKeys({ lateral_left: ["Shift+KeyZ", "Shift+Tab"] }).lateral_left).toEqual([
+      "Shift+KeyZ",
+    ]);
+  });
+});
+
+describe("the keys that move sideways", () => {
+  const shown = KEY_ACTIONS.filter((one) => !one.startsWith("lateral"));
+
+  it("do nothing on a robot that cannot, where Shift with an arrow turns as ever", () => {
+    const keys = keysInForce(DEFAULT_KEYS, false);
+    for (const key of ["KeyQ", "KeyE"]) expect(actionOf(keys, key)).toBeNull();
+    expect(actionOf(keys, "ArrowLeft", true)).toBe("left");
+    expect(keysInForce(DEFAULT_KEYS, true)).toBe(DEFAULT_KEYS);
+  });
+
+  it("can be chosen for another action there", () => {
+    expect(assign(DEFAULT_KEYS, "forward", "KeyE")).toEqual({ why: "taken", by: "lateral_right" });
+    const changed = assign(DEFAULT_KEYS, "forward", "KeyE", shown);
+    expect(changed).toMatchObject({
+      keys: { forward: ["ArrowUp", "KeyW", "KeyE"], lateral_right: ["Shift+ArrowRight"] },
+    });
   });
 });
 
@@ -78,7 +136,7 @@ describe("a removed key", () => {
 
 describe("the stored keys", () => {
   it("are restored", () => {
-    const keys = { ...DEFAULT_KEYS, forward: ["KeyE"], talk: [], stop: ["Space", "KeyX"] };
+    const keys = { ...DEFAULT_KEYS, forward: ["KeyZ"], talk: [], stop: ["Space", "KeyX"] };
     expect(loadKeys(JSON.parse(JSON.stringify(keys)))).toEqual(keys);
   });
 
@@ -112,6 +170,7 @@ it.each([
   ["Numpad8", "Numpad 8"],
   ["F5", "F5"],
   ["Space", "Space"],
+  ["Shift+ArrowLeft", "Shift+←"],
 ])("%s is printed %s", (key, words) => {
   expect(keyWords(key)).toBe(words);
 });

@@ -5,6 +5,8 @@ export const KEY_ACTIONS = [
   "back",
   "left",
   "right",
+  "lateral_left",
+  "lateral_right",
   "stop",
   "speed",
   "axis1_plus",
@@ -27,6 +29,8 @@ export const DEFAULT_KEYS: KeyMap = {
   back: ["ArrowDown", "KeyS"],
   left: ["ArrowLeft", "KeyA"],
   right: ["ArrowRight", "KeyD"],
+  lateral_left: ["KeyQ", "Shift+ArrowLeft"],
+  lateral_right: ["KeyE", "Shift+ArrowRight"],
   stop: ["Space"],
   speed: ["KeyF"],
   axis1_plus: ["KeyJ"],
@@ -44,13 +48,31 @@ export const DEFAULT_KEYS: KeyMap = {
 /** Space stops on every device, so that nobody has to ask which key it is. */
 export const ALWAYS_STOP = "Space";
 export const MOST_PER_ACTION = 4;
+/** Before a key that is pressed with Shift. */
+export const SHIFT = "Shift+";
 const CODE = /^[A-Za-z0-9]{1,24}$/;
 /** Keys that the browser, the system or a screen reader needs. */
 const RESERVED =
   /^(Tab|Escape|CapsLock|Fn.*|Unidentified|(Control|Alt|AltGraph|Meta|OS|Shift)(Left|Right)?)$/;
 
-export function actionOf(keys: KeyMap, key: string): KeyAction | null {
-  return KEY_ACTIONS.find((action) => keys[action].includes(key)) ?? null;
+/**
+ * What a key does. With Shift it does what it does alone, unless it has an action of its own there;
+ * a key for Stop always stops.
+ */
+export function actionOf(keys: KeyMap, key: string, isShifted = false): KeyAction | null {
+  const action = KEY_ACTIONS.find((one) => keys[one].includes(key)) ?? null;
+  if (!isShifted || action === "stop") return action;
+  return actionOf(keys, SHIFT + key) ?? action;
+}
+
+/** The keys as they work on a robot: only one that moves sideways takes those for that. */
+export function keysInForce(keys: KeyMap, movesSideways: boolean): KeyMap {
+  return movesSideways ? keys : { ...keys, lateral_left: [], lateral_right: [] };
+}
+
+/** The key itself, of one that is perhaps pressed with Shift. */
+export function withoutShift(key: string): string {
+  return key.startsWith(SHIFT) ? key.slice(SHIFT.length) : key;
 }
 
 /** Returns the stored keys as far as they are valid, with the defaults for every other action. */
@@ -87,11 +109,13 @@ const ARROWS: Record<string, string> = {
 
 /** What most keyboards have printed on the key. */
 export function keyWords(key: string): string {
+  if (key.startsWith(SHIFT)) return SHIFT + keyWords(withoutShift(key));
   return (
     ARROWS[key] ?? key.replace(/^(Key|Digit)(?=.$)/, "").replace(/(?<=[a-z])(?=[A-Z0-9])/, " ")
   );
 }
 
 export function isUsable(key: string): boolean {
-  return CODE.test(key) && !RESERVED.test(key);
+  const alone = withoutShift(key);
+  return CODE.test(alone) && !RESERVED.test(alone);
 }

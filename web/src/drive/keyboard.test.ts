@@ -1,8 +1,8 @@
 // @vitest-environment dom
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { DIRECTIONS, fingerHolder, InputState } from "./inputState";
 import { listenKeyboard } from "./keyboard";
-import { DEFAULT_KEYS, type KeyMap } from "./keyMap";
+import { DEFAULT_KEYS, type KeyMap, keysInForce } from "./keyMap";
 import { listenLetGo } from "./letGo";
 
 const stop = vi.fn();
@@ -11,6 +11,7 @@ let aborting: AbortController;
 let input: InputState;
 let driving: boolean;
 let keys: KeyMap;
+let isPlanar: boolean;
 
 beforeEach(() => {
   stop.mockClear();
@@ -18,12 +19,17 @@ beforeEach(() => {
   keys = DEFAULT_KEYS;
   aborting = new AbortController();
   driving = true;
-  input = new InputState({ changed: () => {}, deflected: () => {} });
+  isPlanar = false;
+  input = new InputState({
+    changed: () => {},
+    deflected: () => {},
+    movesSideways: () => isPlanar,
+  });
   input.enable();
   const letGo = () => input.releaseAll();
   const { signal } = aborting;
   listenKeyboard(window, {
-    keys: () => keys,
+    keys: () => keysInForce(keys, isPlanar),
     isDriving: () => driving,
     isFor: (action) => action !== "talk",
     press(holder, action) {
@@ -69,6 +75,43 @@ it.each([
   expect(input.motion).toEqual(motion);
   key("keyup", code);
   expect(input.motion).toEqual({ linear: 0, angular: 0 });
+});
+
+describe("a robot that moves sideways", () => {
+  beforeEach(() => {
+    isPlanar = true;
+  });
+
+  it.each([
+    ["KeyQ", {}, 1],
+    ["KeyE", {}, -1],
+    ["ArrowLeft", { shiftKey: true }, 1],
+    ["ArrowRight", { shiftKey: true }, -1],
+  ])(
+    "is moved sideways by %s, until the key is released with or without Shift",
+    (code, how, to) => {
+      expect(key("keydown", code, how).defaultPrevented).toBe(true);
+      expect(input.motion).toEqual({ linear: 0, angular: 0, lateral: to });
+      key("keydown", code, { repeat: true });
+      expect(input.motion).toEqual({ linear: 0, angular: 0, lateral: to });
+      key("keyup", code);
+      expect(input.isHolding).toBe(false);
+    },
+  );
+
+  it("is stopped by Space while it moves so, whatever has the focus, and with Shift", () => {
+    keys = { ...DEFAULT_KEYS, lateral_left: ["Shift+KeyP"] };
+    focused("<button>Fast</button>");
+    key("keydown", "KeyP", { shiftKey: true });
+    expect(input.motion.lateral).toBe(1);
+    key("keydown", "Space", { shiftKey: true });
+    expect(stop).toHaveBeenCalledOnce();
+  });
+});
+
+it.each(["KeyQ", "KeyE"])("leaves %s alone on a robot that cannot move sideways", (code) => {
+  expect(key("keydown", code).defaultPrevented).toBe(false);
+  expect(input.isHolding).toBe(false);
 });
 
 it("stops by Space while a direction is held, even if a button has the focus", () => {

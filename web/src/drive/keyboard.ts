@@ -32,7 +32,12 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
   const taken = new Set<string>();
 
   const isHeld = () =>
-    down.names.some((code) => DIRECTIONS.some((one) => one === actionOf(keys(), code)));
+    down.names.some((code) =>
+      [false, true].some((isShifted) => {
+        const action = actionOf(keys(), code, isShifted);
+        return DIRECTIONS.some((one) => one === action);
+      }),
+    );
 
   const onDown = (event: KeyboardEvent) => {
     const code = codeOf(event);
@@ -45,7 +50,7 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
     }
     if (event.defaultPrevented || !isDriving()) return;
     if (isNew) anyKey();
-    const action = actionOf(keys(), code);
+    const action = actionOf(keys(), code, event.shiftKey);
     if (action === null || !isFor(action)) return;
     const focus = event.target instanceof Element ? event.target : null;
     // While keys drive, Space means Stop, whatever has the focus.

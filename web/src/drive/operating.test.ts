@@ -37,7 +37,7 @@ beforeEach(() => {
   state.hello.value = hello({ viewer: ADA, controls: CONTROLS });
   state.link.value = { is: "connected" };
   const changed = () => operating.inputChanged();
-  input = new InputState({ changed, deflected: changed });
+  input = new InputState({ changed, deflected: changed, movesSideways: () => false });
   operating = new Operating({
     state,
     input,

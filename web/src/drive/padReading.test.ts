@@ -4,6 +4,7 @@ import { layoutOf, type PadSettings, readPad } from "./padReading";
 
 const SETTINGS: PadSettings = {
   turn: "left",
+  planarTurn: "right",
   triggers: true,
   deadZone: 0.2,
   curve: 1,
@@ -11,10 +12,15 @@ const SETTINGS: PadSettings = {
 };
 
 /** The reading of a pad after this was done on it. */
-function said(doing: (on: FakePad) => void, more: Partial<FakePad> = {}, settings = {}) {
+function said(
+  doing: (on: FakePad) => void,
+  more: Partial<FakePad> = {},
+  settings = {},
+  movesSideways = false,
+) {
   const on = pad(more);
   doing(on);
-  return readPad(on, { ...SETTINGS, ...settings });
+  return readPad(on, { ...SETTINGS, ...settings }, movesSideways);
 }
 
 it("asks for nothing while untouched", () => {
@@ -51,6 +57,50 @@ describe("the sticks", () => {
     const { motion } = said(() => {}, { axes: [1, -0.6, -1, 1] }, { turn: "right" });
     expect(motion.linear).toBeCloseTo(0.5, 10);
     expect(motion.angular).toBe(1);
+  });
+});
+
+describe("a robot that moves sideways", () => {
+  const read = (axes: number[], settings = {}, mapping: GamepadMappingType = "standard") =>
+    said(() => {}, { axes, mapping }, settings, true);
+
+  it.each([
+    ["ahead", [0, -1, 0, 0], { linear: 1, angular: 0, lateral: 0 }],
+    ["to the left", [-1, 0, 0, 0], { linear: 0, angular: 0, lateral: 1 }],
+    ["to the right", [0.6, 0, 0, 0], { linear: 0, angular: 0, lateral: -0.5 }],
+    ["round to the left", [0, 0, -1, 0], { linear: 0, angular: 1, lateral: 0 }],
+    ["in no direction by the right one's other axis", [0, 0, 0, 1], { linear: 0, angular: 0 }],
+  ])("is moved %s by the left stick, and turned by the right one", (_, axes, motion) => {
+    const { motion: is, held } = read(axes);
+    for (const [name, value] of Object.entries(motion))
+      expect(is[name as keyof typeof motion]).toBeCloseTo(value, 10);
+    expect(held.length === 0).toBe(Object.values(motion).every((one) => one === 0));
+  });
+
+  it.each([
+    ["a square", 1],
+    ["a circle", Math.SQRT1_2],
+  ])("goes at full speed on a diagonal, no faster, if the stick's travel is %s", (_, way) => {
+    const { linear, lateral = 0 } = read([way, -way, 0, 0]).motion;
+    expect(Math.hypot(linear, lateral)).toBeCloseTo(1, 2);
+  });
+
+  it("turns by the left stick and moves sideways by the right one, if the user wants that", () => {
+    const { motion, axes, held } = read([-1, 0, 1, 0], { planarTurn: "left" });
+    expect(motion).toEqual({ linear: 0, angular: 1, lateral: -1 });
+    expect(axes.map(({ at }) => at).sort()).toEqual([0, 1, 2]);
+    expect(held.map(({ at }) => at)).toEqual([0, 2]);
+  });
+
+  it("moves sideways by LB and RB in the chosen way, which another robot does not", () => {
+    const both = (on: FakePad) => [4, 5].forEach((at) => void push(on, at));
+    const directions = new Set(["lateral_left", "lateral_right"]);
+    expect(said(both, {}, {}, true).directions).toEqual(directions);
+    expect(said(both).directions).toEqual(new Set());
+  });
+
+  it("is driven like any other by a pad of an unknown layout", () => {
+    expect(read([-1, 0, -1, 0], {}, "").motion).toEqual({ linear: 0, angular: 1 });
   });
 });
 

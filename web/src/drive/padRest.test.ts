@@ -22,7 +22,14 @@ beforeEach(() => {
   vi.useFakeTimers();
   vi.spyOn(document, "hasFocus").mockReturnValue(true);
   tell.mockClear();
-  settings = { turn: "left", triggers: true, deadZone: DEAD_ZONE, curve: 1, rests: {} };
+  settings = {
+    turn: "left",
+    planarTurn: "right",
+    triggers: true,
+    deadZone: DEAD_ZONE,
+    curve: 1,
+    rests: {},
+  };
 });
 
 afterEach(() => {
@@ -33,7 +40,11 @@ afterEach(() => {
 
 /** Chooses this pad, by default of an unknown layout, in a turn of this page. */
 function chooses(axes: number[], more: Partial<FakePad> = {}): void {
-  input = new InputState({ changed: () => {}, deflected: () => {} });
+  input = new InputState({
+    changed: () => {},
+    deflected: () => {},
+    movesSideways: () => false,
+  });
   input.enable();
   state = NO_PADS;
   aborting = new AbortController();
@@ -41,6 +52,7 @@ function chooses(axes: number[], more: Partial<FakePad> = {}): void {
     input,
     ways: new Ways({ input, way: () => "hold", stepMs: () => 400 }),
     settings: () => settings,
+    movesSideways: () => false,
     isDriving: () => true,
     stop: () => {},
     toggleSpeed: () => {},

@@ -5,7 +5,7 @@ import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { controllerOf } from "../testing/driving";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
-import { control, hello, pressedBy, room } from "../testing/messages";
+import { control, hello, planar, pressedBy, room } from "../testing/messages";
 import type { DriveController } from "./driveController";
 import { fingerHolder } from "./inputState";
 import type { Way } from "./ways";
@@ -71,6 +71,10 @@ function byPad(hold: () => void): () => void {
 
 const finger = fingerHolder(FINGER);
 
+function movesSideways(): void {
+  state.hello.value = planar(hello({ viewer: ADA, command_rate_hz: 50 }));
+}
+
 function hasControls(): void {
   const controls = [
     control("spin", { moves: true }),
@@ -97,6 +101,40 @@ const INPUTS: Record<string, [begin: () => void, goOn?: () => void]> = {
     byPad(() => {
       mine.axes[1] = -1;
     }),
+    () => readings(5),
+  ],
+  "a key that moves sideways": [
+    () => {
+      movesSideways();
+      key("keydown", "KeyQ");
+    },
+    () => key("keydown", "KeyQ", true),
+  ],
+  "a stick for each thumb": [
+    () => {
+      movesSideways();
+      controller.ways.press(finger, { linear: 0, angular: 0, lateral: 0.5 });
+      controller.ways.press("pointer 9", { linear: 0, angular: 0.5 });
+    },
+    () => {
+      controller.deflect(finger, { linear: 0, angular: 0, lateral: 0.6 });
+      controller.deflect("pointer 9", { linear: 0, angular: 0.6 });
+    },
+  ],
+  "a gamepad's sticks": [
+    () => {
+      movesSideways();
+      byPad(() => {
+        [mine.axes[0], mine.axes[2]] = [-1, 1];
+      })();
+    },
+    () => readings(5),
+  ],
+  "a gamepad's LB": [
+    () => {
+      movesSideways();
+      byPad(() => push(mine, 4))();
+    },
     () => readings(5),
   ],
   "a gamepad's trigger": [byPad(() => push(mine, 7)), () => readings(5)],
@@ -184,6 +222,7 @@ describe.each(Object.entries(INPUTS))("what %s holds", (_, [begin, goOn]) => {
     release();
     expect(controller.input.isHolding).toBe(false);
     expect(sent[0]).toMatchObject({ held: false, linear: 0, angular: 0, axes: {} });
+    expect(sent[0]?.lateral ?? 0).toBe(0);
     goOn?.();
     vi.advanceTimersByTime(2500);
     goOn?.();

@@ -2,6 +2,7 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { type ScanItem, Scanner } from "./scanner";
 
 let dwellMs: number | null;
+let isPlanar: boolean;
 let offered: (ScanItem | null)[];
 const choose = vi.fn();
 let scanner: Scanner;
@@ -10,9 +11,11 @@ beforeEach(() => {
   vi.useFakeTimers();
   choose.mockClear();
   dwellMs = 1000;
+  isPlanar = false;
   offered = [];
   scanner = new Scanner({
     dwellMs: () => dwellMs,
+    movesSideways: () => isPlanar,
     offer: (item) => offered.push(item),
     choose,
   });
@@ -26,6 +29,22 @@ it("cycles through the items, Stop among them", () => {
   scanner.begin(false);
   vi.advanceTimersByTime(5000);
   expect(offered).toEqual(["forward", "left", "right", "back", "stop", "forward"]);
+});
+
+it("offers to move sideways too, if the robot can", () => {
+  isPlanar = true;
+  scanner.begin(false);
+  vi.advanceTimersByTime(7000);
+  expect(offered).toEqual([
+    "forward",
+    "left",
+    "right",
+    "lateral_left",
+    "lateral_right",
+    "back",
+    "stop",
+    "forward",
+  ]);
 });
 
 it("chooses the offered item, and offers it again for as long", () => {

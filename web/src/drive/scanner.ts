@@ -5,19 +5,28 @@ import type { Direction } from "./inputState";
 /** What a switch can choose; `release` releases the stop in force. */
 export type ScanItem = Direction | "stop" | "release";
 
-/** What follows each item; while the robot is stopped, only the release is offered. */
-const NEXT: Record<ScanItem, ScanItem> = {
-  forward: "left",
-  left: "right",
-  right: "back",
-  back: "stop",
-  stop: "forward",
-  release: "release",
-};
+const DRIVING: readonly ScanItem[] = ["forward", "left", "right", "back", "stop"];
+const SIDEWAYS: readonly ScanItem[] = [
+  "forward",
+  "left",
+  "right",
+  "lateral_left",
+  "lateral_right",
+  "back",
+  "stop",
+];
+const STOPPED: readonly ScanItem[] = ["release"];
+
+/** What is offered, in turn: only the release while the robot is stopped. Pure. */
+export function scanItems(isStopped: boolean, movesSideways: boolean): readonly ScanItem[] {
+  if (isStopped) return STOPPED;
+  return movesSideways ? SIDEWAYS : DRIVING;
+}
 
 export interface ScannerOptions {
   /** How long each item is offered; null if a second switch moves on. */
   dwellMs: () => number | null;
+  movesSideways: () => boolean;
   /** Shows what is offered, null for nothing. */
   offer: (item: ScanItem | null) => void;
   choose: (item: ScanItem) => void;
@@ -42,7 +51,10 @@ export class Scanner {
   }
 
   next(): void {
-    if (this.#item !== null) this.#offer(NEXT[this.#item]);
+    if (this.#item === null) return;
+    const items = scanItems(this.#item === "release", this.options.movesSideways());
+    const after = items.indexOf(this.#item) + 1;
+    this.#offer(items[after % items.length] ?? this.#item);
   }
 
   /** Chooses the offered item and offers it again, since the same step often follows. */

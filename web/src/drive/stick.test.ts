@@ -27,6 +27,15 @@ it.each([
   expect(motionOf(deflection)).toEqual(motion);
 });
 
+it("moves in all directions by one stick, and turns by the other, which goes only sideways", () => {
+  expect(motionOf({ x: -1, y: 0 }, "move")).toEqual({ linear: 0, angular: 0, lateral: 1 });
+  const { linear, lateral = 0 } = motionOf(deflectionAt(PLACE, 400, -100), "move");
+  expect(Math.hypot(linear, lateral)).toBeCloseTo(1, 10);
+  const turned = deflectionAt(PLACE, PLACE.x - PLACE.radius, 150, "turn");
+  expect(turned).toEqual({ x: -1, y: 0 });
+  expect(motionOf(turned, "turn")).toEqual({ linear: 0, angular: 1 });
+});
+
 it("is proportional: the further, the faster", () => {
   const speeds = [0.2, 0.5, 0.8].map((y) => motionOf({ x: 0, y: -y }).linear);
   expect(speeds).toEqual([...speeds].sort());

@@ -10,7 +10,11 @@ let ways: Ways;
 beforeEach(() => {
   vi.useFakeTimers();
   way = "hold";
-  input = new InputState({ changed: () => {}, deflected: () => {} });
+  input = new InputState({
+    changed: () => {},
+    deflected: () => {},
+    movesSideways: () => false,
+  });
   input.enable();
   ways = new Ways({ input, way: () => way, stepMs: () => 400 });
 });

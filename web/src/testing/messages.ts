@@ -74,6 +74,11 @@ export function hello(more: Partial<Hello> = {}): Hello {
   };
 }
 
+/** The greeting of a robot that also moves sideways. */
+export function planar(mine: Hello): Hello {
+  return { ...mine, robot: { ...mine.robot, max_lateral_mps: 0.5 } };
+}
+
 /** A stop in force, the first. */
 export function pressedBy(name: string, more: Partial<StopInfo> = {}): StopInfo {
   return { ...DEFAULTS.StopInfo(), number: 1, by: says(name), ...more };

@@ -7,7 +7,7 @@ import { Axes } from "./drive/Axes";
 import { keyHint } from "./drive/keyHint";
 import { RobotControls } from "./drive/RobotControls";
 import { ScanPad } from "./drive/ScanPad";
-import { ArrowIcon } from "./icons";
+import { ArrowIcon, TurnIcon } from "./icons";
 import { Joystick } from "./Joystick";
 import { joinWords, released } from "./pageWords";
 import { Segment } from "./Segment";
@@ -16,7 +16,7 @@ import { VoicePanel } from "./VoicePanel";
 
 /** The controls: Stop for every viewer, the rest for the operator. */
 export function DrivePanel() {
-  const { me, preferences, hello } = useState();
+  const { me, preferences, hello, movesSideways } = useState();
   if (me.value === null || me.value.role === "observer") {
     return (
       <section class="drive is-watching" aria-label={t("drive.name")}>
@@ -31,8 +31,8 @@ export function DrivePanel() {
   const isStick = controlInForce(preferences.value, way, isCoarse) === "stick";
   return (
     <section class="drive" aria-label={t("drive.name")}>
-      <div class={isStick ? "pad is-stick" : "pad"}>
-        {isStick ? <Joystick /> : <Buttons />}
+      <div class={`pad${isStick ? " is-stick" : ""}${movesSideways.value ? " is-planar" : ""}`}>
+        {isStick ? <Sticks /> : <Buttons />}
         <StopButton />
       </div>
       <ScanPad />
@@ -47,21 +47,46 @@ export function DrivePanel() {
   );
 }
 
+/** A stick for one thumb; for a robot that moves sideways, one for each. */
+function Sticks() {
+  const { movesSideways } = useState();
+  if (!movesSideways.value) return <Joystick use="drive" />;
+  return (
+    <>
+      <Joystick use="move" />
+      <Joystick use="turn" />
+    </>
+  );
+}
+
 function Buttons() {
+  const { movesSideways } = useState();
+  const isPlanar = movesSideways.value;
+  const turn = isPlanar ? <TurnIcon /> : <ArrowIcon />;
   return (
     <>
       <DriveButton direction="forward" name={t("drive.forward")}>
         <ArrowIcon />
       </DriveButton>
       <DriveButton direction="left" name={t("drive.left")}>
-        <ArrowIcon />
+        {turn}
       </DriveButton>
       <DriveButton direction="back" name={t("drive.back")}>
         <ArrowIcon />
       </DriveButton>
       <DriveButton direction="right" name={t("drive.right")}>
-        <ArrowIcon />
+        {turn}
       </DriveButton>
+      {isPlanar && (
+        <>
+          <DriveButton direction="lateral_left" name={t("drive.lateral_left")}>
+            <ArrowIcon />
+          </DriveButton>
+          <DriveButton direction="lateral_right" name={t("drive.lateral_right")}>
+            <ArrowIcon />
+          </DriveButton>
+        </>
+      )}
     </>
   );
 }
@@ -88,7 +113,7 @@ function Speed() {
 function Hint() {
   const state = useState();
   const { drivingTurn, driveReason, hello, isConnected } = state;
-  const { isFreshlyReleased, me, preferences, stopNumber } = state;
+  const { isFreshlyReleased, keys, me, preferences, stopNumber } = state;
   if (drivingTurn.value === null) {
     return (
       <p class="hint" id="drive-hint">
@@ -101,7 +126,7 @@ function Hint() {
   const reason = said(driveReason.value) ?? (isFreshlyReleased.value ? released() : null);
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
-      {reason ?? keyHint(preferences.value, hello.value)}
+      {reason ?? keyHint(preferences.value, keys.value, hello.value)}
     </p>
   );
 }

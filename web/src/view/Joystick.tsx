@@ -3,9 +3,10 @@ import type { TargetedPointerEvent } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { Deflection } from "../drive/deflection";
 import { fingerHolder } from "../drive/inputState";
-import { deflectionAt, motionOf, type Place } from "../drive/stick";
+import { deflectionAt, motionOf, type Place, type StickUse } from "../drive/stick";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
+import { TurnIcon } from "./icons";
 
 type Pointer = TargetedPointerEvent<HTMLDivElement>;
 
@@ -18,16 +19,16 @@ declare module "preact" {
 
 /** The knob's travel and width as shares of the whole: see joystick.css. */
 const TRAVEL = 0.35;
-const KNOB = 0.44;
+const KNOB: Record<StickUse, number> = { drive: 0.44, move: 0.44, turn: 0.3 };
 const MIDDLE: Deflection = { x: 0, y: 0 };
 
 /**
- * An analogue stick for one finger or the mouse. It is held while touched, moves the robot in
+ * An analogue stick for one finger or the mouse; one that turns goes only sideways. It is held while touched, moves the robot in
  * proportion to its distance from where it was touched, and springs back when released. So a thumb
  * that lands off-centre, or a page that moves under it, moves nothing. Arrow keys drive while it
  * has the focus, as everywhere on the page.
  */
-export function Joystick() {
+export function Joystick({ use }: { use: StickUse }) {
   const { mayMove, isHolding } = useState();
   const { press, deflect, release, letGo } = useActions();
   const knob = useSignal(MIDDLE);
@@ -57,12 +58,12 @@ export function Joystick() {
     currentTarget.setPointerCapture(pointerId);
     const radius = currentTarget.getBoundingClientRect().width * TRAVEL;
     grip.current = { pointerId, place: { x: clientX, y: clientY, radius } };
-    press(fingerHolder(pointerId), motionOf(MIDDLE));
+    press(fingerHolder(pointerId), motionOf(MIDDLE, use));
   };
   const onPointerMove = (event: Pointer) => {
     if (grip.current?.pointerId !== event.pointerId) return;
-    const at = deflectionAt(grip.current.place, event.clientX, event.clientY);
-    if (deflect(fingerHolder(event.pointerId), motionOf(at))) knob.value = at;
+    const at = deflectionAt(grip.current.place, event.clientX, event.clientY, use);
+    if (deflect(fingerHolder(event.pointerId), motionOf(at, use))) knob.value = at;
     else end();
   };
   const onPointerUp = (event: Pointer) => {
@@ -78,13 +79,14 @@ export function Joystick() {
   };
 
   const { x, y } = knob.value;
-  const percent = (share: number) => `${((share * TRAVEL) / KNOB) * 100}%`;
+  const percent = (share: number) => `${((share * TRAVEL) / KNOB[use]) * 100}%`;
+  const help = use === "turn" ? "turn-help" : "joystick-help";
   return (
     <div
-      class={x === 0 && y === 0 ? "joystick" : "joystick is-held"}
+      class={`joystick is-${use}${x === 0 && y === 0 ? "" : " is-held"}`}
       role="application"
-      aria-label={t("ways.joystick")}
-      aria-describedby="joystick-help"
+      aria-label={t(use === "turn" ? "ways.turn_stick" : "ways.joystick")}
+      aria-describedby={help}
       aria-disabled={!mayMove.value}
       // biome-ignore lint/a11y/noNoninteractiveTabindex: arrow keys drive while it has the focus
       tabIndex={0}
@@ -102,13 +104,15 @@ export function Joystick() {
         event.stopPropagation();
       }}
     >
+      {use === "turn" && <TurnIcon />}
       <span
         class="joystick-knob"
         aria-hidden="true"
         style={{ translate: `${percent(x)} ${percent(y)}` }}
       />
-      <span id="joystick-help" hidden>
-        {t("ways.joystick_help")}
+      {use === "turn" && <TurnIcon />}
+      <span id={help} hidden>
+        {t(use === "turn" ? "ways.turn_stick_help" : "ways.joystick_help")}
       </span>
     </div>
   );

@@ -13,6 +13,7 @@ import {
   drawsPage,
   input,
   key,
+  movesSideways,
   open,
   pointer,
   show,
@@ -148,6 +149,50 @@ describe("driving", () => {
     pointer(button("Forward"), type, 1);
     expect(actions.letGo).toHaveBeenCalled();
     expect(input.motion).toEqual({ linear: 0, angular: 0 });
+  });
+
+  it("has no control that moves sideways on a robot that cannot", () => {
+    show({ operator: 1 });
+    expect(queryByRole(body, "button", { name: /sideways/ })).toBeNull();
+    expect(body.querySelector(".is-planar")).toBeNull();
+    act(() => {
+      state.preferences.value = { ...state.preferences.value, control: "stick" };
+    });
+    expect(queryByRole(body, "application", { name: "Turn left or right" })).toBeNull();
+  });
+
+  it("has two more buttons on a robot that moves sideways", () => {
+    show({ operator: 1 });
+    movesSideways();
+    pointer(button("Left sideways"), "pointerdown", 1);
+    expect(input.motion).toEqual({ linear: 0, angular: 0, lateral: 1 });
+    pointer(button("Left sideways"), "pointerup", 1);
+    pointer(button("Right sideways"), "pointerdown", 1);
+    pointer(button("Left"), "pointerdown", 2);
+    expect(input.motion).toEqual({ linear: 0, angular: 1, lateral: -1 });
+  });
+
+  it("has a stick for each thumb on a robot that moves sideways", () => {
+    show({ operator: 1 });
+    movesSideways();
+    act(() => {
+      state.preferences.value = { ...state.preferences.value, control: "stick" };
+    });
+    const push = (name: string, pointerId: number, right: number, down: number) => {
+      const stick = getByRole(body, "application", { name });
+      stick.getBoundingClientRect = () => new DOMRect(0, 0, 200, 60);
+      pointer(stick, "pointerdown", pointerId);
+      const move = { bubbles: true, pointerId, clientX: right, clientY: down };
+      act(() => void stick.dispatchEvent(new PointerEvent("pointermove", move)));
+      return stick;
+    };
+    push("Joystick", 1, -200, -200);
+    const half = Number(Math.SQRT1_2.toFixed(3));
+    const turn = push("Turn left or right", 2, 200, 500);
+    expect(input.motion).toEqual({ linear: half, angular: -1, lateral: half });
+    pointer(turn, "pointerup", 2);
+    expect(input.motion).toEqual({ linear: half, angular: 0, lateral: half });
+    expect(input.isHolding).toBe(true);
   });
 
   it.each(["Space", "Enter"])("works by holding %s on a focused button", (code) => {

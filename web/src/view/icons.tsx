@@ -19,6 +19,16 @@ export function ArrowIcon() {
   );
 }
 
+/** Turns right; the style sheet mirrors it. */
+export function TurnIcon() {
+  return (
+    <Icon>
+      <path d="M5 19a8 8 0 1 1 13.500-5" class="line" stroke-linecap="round" />
+      <path d="M22.500 11.500 19 18l-5.500-5Z" stroke-linejoin="round" />
+    </Icon>
+  );
+}
+
 export function MutedIcon() {
   return (
     <Icon>

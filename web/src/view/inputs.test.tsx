@@ -13,7 +13,7 @@ import { createState, type State } from "../state";
 import { draw, undraw } from "../testing/draw";
 import { eventually } from "../testing/eventually";
 import { plugIn, takeAwayGamepads } from "../testing/gamepads";
-import { hello, room } from "../testing/messages";
+import { hello, planar, room } from "../testing/messages";
 import { Axes } from "./drive/Axes";
 import { ScanPad } from "./drive/ScanPad";
 import { WaysPanel } from "./drive/WaysPanel";
@@ -57,7 +57,7 @@ beforeEach(() => {
   draw(
     session,
     <>
-      <Joystick />
+      <Joystick use="drive" />
       <Axes />
       <ScanPad />
       <WaysPanel />
@@ -220,6 +220,63 @@ describe("an axis that a key without a code holds", () => {
   });
 });
 
+describe("a robot that moves sideways", () => {
+  beforeEach(() => {
+    act(() => {
+      state.hello.value = planar(hello({ viewer: 1 }));
+    });
+  });
+
+  it("has two more directions on offer to a switch", () => {
+    act(() => {
+      state.scan.value = "lateral_left";
+    });
+    const items = [...body.querySelectorAll(".scan-item")].map((one) => one.textContent);
+    expect(items).toEqual([
+      "Forward",
+      "Left",
+      "Right",
+      "Left sideways",
+      "Right sideways",
+      "Back",
+      "Stop",
+    ]);
+    expect(body.querySelector("[aria-current]")?.textContent).toBe("Left sideways");
+  });
+
+  it("shows its keys, and takes new ones, with Shift too", () => {
+    for (const name of ["Q", "Shift+←"])
+      expect(getByLabelText(body, `Take ${name} away from “Left sideways”`)).toBeTruthy();
+    act(() => getByRole(body, "button", { name: "Add a key for “Left sideways”" }).click());
+    const press = (code: string) =>
+      act(() => {
+        const told = { code, shiftKey: true, bubbles: true, cancelable: true };
+        body.dispatchEvent(new KeyboardEvent("keydown", told));
+      });
+    press("ShiftLeft");
+    expect(body.querySelector(".ways-told")?.textContent).toContain("Press the new key");
+    press("KeyX");
+    expect(state.preferences.value.keys.lateral_left).toContain("Shift+KeyX");
+  });
+
+  it("has its own choice of sticks on a gamepad, and the buttons that move it sideways", () => {
+    plugIn([]);
+    const found = [{ index: 1, id: "Xbox", layout: "standard" as const }];
+    act(() => {
+      state.pads.value = { found, chosen: 1, isReady: true, held: [], unmoved: [] };
+    });
+    const choice = getByRole<HTMLSelectElement>(body, "combobox", { name: "Turn with" });
+    expect(choice.selectedOptions[0]?.text).toBe("Right stick; the left one moves");
+    choice.value = "left";
+    act(() => void choice.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.setDriving).toHaveBeenLastCalledWith({
+      gamepad: { ...DRIVE_DEFAULTS.gamepad, planarTurn: "left" },
+    });
+    expect(body.textContent).toContain("LB and RB move sideways");
+    takeAwayGamepads();
+  });
+});
+
 describe("the offer to a switch", () => {
   it("is shown, with a button for each switch", () => {
     expect(queryByRole(body, "group", { name: "On offer" })).toBeNull();
@@ -283,6 +340,9 @@ describe("a gamepad", () => {
     act(() => {
       state.pads.value = { found, chosen: 1, isReady: false, held: [], unmoved: [] };
     });
+    expect(getByRole<HTMLSelectElement>(body, "combobox", { name: "Turn with" }).value).toBe(
+      "left",
+    );
     act(() => getByRole(body, "switch", { name: /Triggers/ }).click());
     expect(actions.setDriving).toHaveBeenLastCalledWith({
       gamepad: { ...DRIVE_DEFAULTS.gamepad, triggers: false },
@@ -449,7 +509,7 @@ describe("the keys", () => {
     act(() => {
       state.hello.value = hello({ viewer: 1 });
     });
-    for (const name of ["First axis", "Recentre", "Speak", "cameras", "on offer"])
+    for (const name of ["First axis", "Recentre", "Speak", "cameras", "on offer", "sideways"])
       expect(names().some((one) => one?.includes(name))).toBe(false);
   });
 });

@@ -8,7 +8,7 @@ import { DIRECTIONS, InputState } from "../drive/inputState";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { undraw } from "../testing/draw";
-import { hello, hostConsole, room } from "../testing/messages";
+import { hello, hostConsole, planar, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { App } from "./App";
 import { HostPanel, RulesPanel } from "./Panels";
@@ -56,7 +56,11 @@ export function inputTo(state: State): InputState {
     state.motion.value = made.motion;
     state.isHolding.value = made.isHolding;
   };
-  const made = new InputState({ changed, deflected: changed });
+  const made = new InputState({
+    changed,
+    deflected: changed,
+    movesSideways: () => state.movesSideways.peek(),
+  });
   return made;
 }
 
@@ -74,6 +78,14 @@ export function show(options: Parameters<typeof room>[0], axes: string[] = []): 
     state.serverMs.value = 18_000;
     if (state.mayMove.value) input.enable();
     else input.disable();
+  });
+}
+
+/** The robot also moves sideways from now on. */
+export function movesSideways(): void {
+  act(() => {
+    const { hello: greeting } = state;
+    if (greeting.value) greeting.value = planar(greeting.value);
   });
 }
 

@@ -12,13 +12,14 @@ import type { Talk } from "./talk";
 export function listenTalk(
   window: Window,
   talk: Pick<Talk, "press" | "release" | "letGo">,
-  isKey: (code: string) => boolean,
+  isKey: (code: string, isShifted: boolean) => boolean,
   signal: AbortSignal,
 ): void {
   const down = new KeysDown((holder) => void talk.release(holder));
   const onDown = (event: KeyboardEvent) => {
     down.press(event);
-    if (isKey(codeOf(event)) && isOwnPress(event)) talk.press(holderOf(event));
+    const isTalk = isKey(codeOf(event), event.shiftKey);
+    if (isTalk && isOwnPress(event)) talk.press(holderOf(event));
   };
   const onUp = (event: KeyboardEvent) => down.lift(event);
   window.addEventListener("keydown", onDown, { signal });

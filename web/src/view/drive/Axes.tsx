@@ -71,8 +71,8 @@ function Axis({ axis }: { axis: string }) {
 
 /** The keys that move this axis, if it has any. */
 function useShortcuts(axis: string): string | undefined {
-  const { hello, preferences } = useState();
-  const { keys } = preferences.value;
+  const { hello, keys: inForce } = useState();
+  const keys = inForce.value;
   const at = keyedAxes(hello.value?.robot.axes ?? []).indexOf(axis);
   const all = [
     [...keys.axis1_plus, ...keys.axis1_minus],

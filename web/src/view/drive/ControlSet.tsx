@@ -161,8 +161,8 @@ function Name({ control }: { control: ControlInfo }) {
 
 /** The label of the key that presses the control, unless the user has assigned that key. */
 function useKey(control: ControlInfo): string | undefined {
-  const { hello, preferences } = useState();
+  const { hello, keys } = useState();
   const { key } = control;
-  const is = controlOf(hello.value?.controls ?? [], preferences.value.keys, key) === control;
+  const is = controlOf(hello.value?.controls ?? [], keys.value, key) === control;
   return key !== "" && is ? keyName(key) : undefined;
 }

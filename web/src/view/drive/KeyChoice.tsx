@@ -4,7 +4,7 @@ import { type Assigned, assign, unassign } from "../../drive/assignKey";
 import { keyedAxes } from "../../drive/axisKeys";
 import { codeOf } from "../../drive/codeOf";
 import { wayInForce } from "../../drive/drivePreferences";
-import { DEFAULT_KEYS, KEY_ACTIONS, type KeyAction } from "../../drive/keyMap";
+import { DEFAULT_KEYS, isUsable, KEY_ACTIONS, type KeyAction, SHIFT } from "../../drive/keyMap";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { keyName } from "./keyHint";
@@ -14,11 +14,12 @@ const name = (action: KeyAction) => t(ACTION_NAMES[action]);
 
 /** Which key does what; a new one is chosen by pressing it. */
 export function KeyChoice() {
-  const { preferences, drivingTurn } = useState();
+  const { preferences, drivingTurn, movesSideways } = useState();
   const { setDriving, stop } = useActions();
   const awaited = useSignal<KeyAction | null>(null);
   const complaint = useSignal("");
   const { keys } = preferences.value;
+  const shown = useActionsShown();
 
   const change = (changed: Assigned, action: KeyAction, key: string) => {
     awaited.value = null;
@@ -42,9 +43,13 @@ export function KeyChoice() {
       const code = codeOf(event);
       // Ignore an event that identifies no key, as an input method's.
       if (event.repeat || code === "") return;
+      const isShifted = movesSideways.peek() && event.shiftKey && code !== "Space";
+      // The key to be pressed with it is still to come.
+      if (isShifted && /^Shift/.test(code)) return;
+      const key = isShifted && isUsable(code) ? SHIFT + code : code;
       if (code === "Space" && drivingTurn.peek() !== null) stop();
       if (code === "Escape") awaited.value = null;
-      else change(assign(preferences.peek().keys, action, code), action, code);
+      else change(assign(preferences.peek().keys, action, key, shown), action, key);
     };
     window.addEventListener("keydown", onKey, { capture: true, signal: ending.signal });
     const onBlur = () => {
@@ -58,7 +63,7 @@ export function KeyChoice() {
     <fieldset class="ways-group">
       <legend>{t("ways.keys")}</legend>
       <ul class="ways-keys">
-        {useActionsShown().map((one) => (
+        {shown.map((one) => (
           <li key={one}>
             <span>{name(one)}</span>
             {keys[one].map((key) => (
@@ -116,7 +121,7 @@ function focusNext(button: HTMLElement): void {
 
 /** The actions that have an effect on this robot with this user's way of driving. */
 function useActionsShown(): KeyAction[] {
-  const { hello, preferences } = useState();
+  const { hello, preferences, movesSideways } = useState();
   const [first, second] = keyedAxes(hello.value?.robot.axes ?? []);
   const isScanning = wayInForce(preferences.value, hello.value?.click_to_move) === "scan";
   return KEY_ACTIONS.filter((action) => {
@@ -124,6 +129,7 @@ function useActionsShown(): KeyAction[] {
     if (action.startsWith("axis2")) return second !== undefined;
     if (action.startsWith("scan")) return isScanning;
     if (action === "recentre") return first !== undefined || second !== undefined;
+    if (action.startsWith("lateral")) return movesSideways.value;
     if (action === "talk") return hello.value?.voice != null;
     if (action === "cameras") return (hello.value?.cameras.length ?? 0) > 0;
     return true;

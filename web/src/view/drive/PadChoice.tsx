@@ -41,13 +41,13 @@ export function PadChoice() {
 }
 
 function PadWords() {
-  const { pads, mayMove } = useState();
+  const { pads, mayMove, movesSideways } = useState();
   const { found, chosen, isReady, held, unmoved } = pads.value;
   if (!("getGamepads" in navigator)) return <>{t("ways.pad_missing")}</>;
   if (found.length === 0) return <>{t("ways.pad_search")}</>;
   if (chosen === null) return null;
   const layout = found.find(({ index }) => index === chosen)?.layout ?? "bare";
-  const actions = actionsOf(layout);
+  const actions = actionsOf(layout, movesSideways.value);
   if (!mayMove.value) return <>{t("ways.pad_idle", { actions })}</>;
   if (isReady) return <>{t("ways.pad_ready", { actions })}</>;
   const names = (parts: readonly PadPart[]) =>
@@ -102,30 +102,38 @@ function partName({ kind, at }: PadPart, layout: PadLayout): string {
 }
 
 /** What the gamepad's buttons do. */
-function actionsOf(layout: PadLayout): string {
+function actionsOf(layout: PadLayout, movesSideways: boolean): string {
   if (layout === "bare") return t("ways.pad_no_stop");
   const button = (at: number) => partName({ kind: "button", at }, layout);
-  return t("ways.pad_actions", { stop: button(1), speed: button(0) });
+  const actions = t("ways.pad_actions", { stop: button(1), speed: button(0) });
+  if (!movesSideways || layout !== "standard") return actions;
+  return t("ways.pad_sideways", { actions, left: button(4), right: button(5) });
 }
 
 function PadFields() {
-  const { preferences } = useState();
+  const { preferences, movesSideways } = useState();
   const { setDriving } = useActions();
   const { gamepad } = preferences.value;
-  const { turn, triggers, deadZone, curve } = gamepad;
+  const { triggers, deadZone, curve } = gamepad;
+  const isPlanar = movesSideways.value;
+  const which = isPlanar ? "planarTurn" : "turn";
   const set = (change: Partial<PadSettings>) => setDriving({ gamepad: { ...gamepad, ...change } });
   return (
     <>
       <label class="field">
         <span>{t("ways.pad_turn")}</span>
         <select
-          value={turn}
+          value={gamepad[which]}
           onChange={(event) =>
-            set({ turn: event.currentTarget.value === "right" ? "right" : "left" })
+            set({ [which]: event.currentTarget.value === "right" ? "right" : "left" })
           }
         >
-          <option value="left">{t("ways.pad_turn_left")}</option>
-          <option value="right">{t("ways.pad_turn_right")}</option>
+          <option value="left">
+            {t(isPlanar ? "ways.pad_planar_left" : "ways.pad_turn_left")}
+          </option>
+          <option value="right">
+            {t(isPlanar ? "ways.pad_planar_right" : "ways.pad_turn_right")}
+          </option>
         </select>
       </label>
       <Switch

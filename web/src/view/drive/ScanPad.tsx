@@ -1,25 +1,24 @@
-import type { ScanItem } from "../../drive/scanner";
+import { type ScanItem, scanItems } from "../../drive/scanner";
 import { type Code, t } from "../../words/words";
 import { useActions, useState } from "../context";
-
-const DRIVING: readonly ScanItem[] = ["forward", "left", "right", "back", "stop"];
-const STOPPED: readonly ScanItem[] = ["release"];
 
 const NAMES: Record<ScanItem, Code> = {
   forward: "drive.forward",
   back: "drive.back",
   left: "drive.left",
   right: "drive.right",
+  lateral_left: "drive.lateral_left",
+  lateral_right: "drive.lateral_right",
   stop: "stop.stop",
   release: "ways.scan_release",
 };
 
 /** What is offered to a switch, with the same switches as buttons on the screen. */
 export function ScanPad() {
-  const { scan: offered, preferences } = useState();
+  const { scan: offered, preferences, movesSideways } = useState();
   const { scan } = useActions();
   if (offered.value === null) return null;
-  const items = offered.value === "release" ? STOPPED : DRIVING;
+  const items = scanItems(offered.value === "release", movesSideways.value);
   return (
     <fieldset class="scan" aria-label={t("ways.scan")}>
       <ol class="scan-items">

@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
-import { DEFAULT_KEYS } from "../../drive/keyMap";
+import { DEFAULT_KEYS, keysInForce } from "../../drive/keyMap";
 import { loadPreferences } from "../../preferences";
-import { hello } from "../../testing/messages";
+import { hello, planar } from "../../testing/messages";
 import { keyHint } from "./keyHint";
 
 const MINE = loadPreferences(null);
@@ -24,7 +24,21 @@ it.each([
     hello(),
     "Enter chooses, N moves on, Space stops.",
   ],
+  [
+    "of a robot that moves sideways",
+    {},
+    planar(hello()),
+    "Arrow keys or W A S D drive, Q E move sideways, Space stops.",
+  ],
+  [
+    "of one that is moved sideways with Shift",
+    { keys: { ...keys, lateral_left: ["Shift+ArrowLeft"], lateral_right: ["Shift+ArrowRight"] } },
+    planar(hello()),
+    "E ↓ ← → drive, Shift+← Shift+→ move sideways, Space stops.",
+  ],
   ["before the greeting", {}, null, "Arrow keys or W A S D drive, Space stops."],
 ])("says the keys %s", (_, change, greeting, sentence) => {
-  expect(keyHint({ ...MINE, ...change }, greeting)).toBe(sentence);
+  const mine = { ...MINE, ...change };
+  const inForce = keysInForce(mine.keys, (greeting?.robot.max_lateral_mps ?? 0) > 0);
+  expect(keyHint(mine, inForce, greeting)).toBe(sentence);
 });

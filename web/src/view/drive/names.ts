@@ -17,6 +17,8 @@ export const ACTION_NAMES: Record<KeyAction, Code> = {
   back: "drive.back",
   left: "drive.left",
   right: "drive.right",
+  lateral_left: "drive.lateral_left",
+  lateral_right: "drive.lateral_right",
   stop: "stop.stop",
   speed: "ways.do_speed",
   axis1_plus: "ways.do_axis1_plus",
