@@ -5,6 +5,7 @@ from __future__ import annotations
 from copy import deepcopy
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import pytest
 from hypothesis import example, given
@@ -375,6 +376,44 @@ def test_steps_without_layers_are_changed_whole() -> None:
     assert allocation.step is not None
     assert allocation.step.name == STEPS[1].name
     assert allocation.top_layer == 0
+
+
+def test_a_link_that_is_no_worse_is_decided_on_seldom() -> None:
+    """A decision can wait on a link that is as good as before, but never for long."""
+    viewer = Viewer()
+    assert not viewer.ladder.may_rest(STEADY, 4000, viewer.now_s)
+    viewer.decide(STEADY)
+    for better in (STEADY, replace(STEADY, rate_bps=20e6), replace(STEADY, queue_ms=60.0)):
+        assert viewer.ladder.may_rest(better, 4000, viewer.now_s + 0.25)
+        assert not viewer.ladder.may_rest(better, 4000, viewer.now_s + 0.35)
+
+
+@pytest.mark.parametrize(
+    ("worse", "other_bps"),
+    [
+        ({"state": "congested"}, 4000),
+        ({"state": "blind"}, 4000),
+        ({"burst": 1}, 4000),
+        ({"queue_ms": 150.0}, 4000),
+        ({"rate_bps": 0.97 * STEADY.rate_bps}, 4000),
+        ({}, 4000 + 0.03 * STEADY.rate_bps),
+    ],
+)
+def test_what_makes_a_link_worse_is_decided_on_at_once(
+    worse: dict[str, Any], other_bps: float
+) -> None:
+    """Loss, a queue, a lower rate, more of other traffic or silence wait for no decision."""
+    viewer = Viewer()
+    viewer.decide(STEADY)
+    assert not viewer.ladder.may_rest(replace(STEADY, **worse), other_bps, viewer.now_s + 0.01)
+
+
+def test_a_link_that_starts_is_decided_on_at_once() -> None:
+    """While a link starts each estimate may allow more."""
+    viewer = Viewer()
+    starting = replace(STEADY, state="starting")
+    viewer.decide(starting)
+    assert not viewer.ladder.may_rest(starting, 4000, viewer.now_s + 0.01)
 
 
 def test_a_ladder_needs_something_to_choose_from() -> None:

@@ -205,6 +205,27 @@ async def test_what_a_decision_sends_does_not_decide_again(
     assert len(decided) == 2
 
 
+async def test_a_settled_link_is_decided_on_a_few_times_a_second(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """However often feedback comes, a link that is no worse waits; a wish does not."""
+    rig = Rig()
+    rig.begin()
+    await rig.run(6.0)
+    decided: list[float] = []
+    decide = rig.streams._allocator.decide
+
+    def counted(*estimates: LinkEstimate, **wanted: Any) -> Allocation:
+        decided.append(rig.clock.now_s())
+        return decide(*estimates, **wanted)
+
+    monkeypatch.setattr(rig.streams._allocator, "decide", counted)
+    await rig.run(3.0)
+    assert 6 <= len(decided) <= 12
+    rig.streams.want(sound=True, picture=True, size="320x240", policy=None)
+    assert decided[-1] == rig.clock.now_s()
+
+
 async def test_room_is_made_once_for_each_try(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each trial of a dropped picture probes once, not repeatedly while it lasts."""
     rig = Rig()

@@ -38,6 +38,11 @@ _PAUSE_S: Final = 5.0
 this long after a pause of this length, because nothing else probes the link."""
 _MAX_PAUSE_S: Final = 60.0
 """The longest pause; each failed trial doubles it."""
+_REST_S: Final = 0.3
+"""The least time between two decisions about a link that is no worse; `feedback` samples a settled
+one less often."""
+_SAME_SHARE: Final = 0.98
+"""A rate above this share of the one decided on is no worse: hysteresis takes up the rest."""
 
 
 class Allocator:
@@ -67,6 +72,23 @@ class Allocator:
         self._try_until_s = -math.inf
         self._gone_s: float | None = None
         self._pause_s = _PAUSE_S
+        self._decided: LinkEstimate | None = None
+        self._decided_s = self._spare_bps = -math.inf
+
+    def may_rest(self, estimate: LinkEstimate, other_bps: float, now_s: float) -> bool:
+        """Return whether a decision for the same wishes can wait, because the link is no worse.
+
+        Feedback comes twenty times a second, and upgrades wait for a second anyway.
+        """
+        known = self._decided
+        return (
+            known is not None
+            and now_s - self._decided_s < _REST_S
+            and known.state == estimate.state != "starting"
+            and known.burst >= estimate.burst
+            and (known.queue_ms > _FULL_QUEUE_MS) == (estimate.queue_ms > _FULL_QUEUE_MS)
+            and estimate.rate_bps - other_bps >= _SAME_SHARE * self._spare_bps
+        )
 
     def decide(
         self,
@@ -88,6 +110,8 @@ class Allocator:
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
+        self._decided, self._decided_s = estimate, self._now_s
+        self._spare_bps = estimate.rate_bps - other_bps
         allowed: list[int] = []
         least_bps = 0.0
         if size is not None:

@@ -82,7 +82,7 @@ class LiveStreams:
         """Reset all knowledge of the link."""
         self._playout = PlayoutController(self._page, self._sync)
         self._notifier = ServedNotifier(self._page)
-        self._congestion = SenderSideControl(weak_callback(self._decide), self._budget)
+        self._congestion = SenderSideControl(weak_callback(self._follow), self._budget)
         self._congestion.full_feedback = self._drives
         self._allocator = self._make_allocator()
         self._allocation: Allocation | None = None
@@ -209,6 +209,14 @@ class LiveStreams:
         now_s = self._clock.now_s()
         self._decide(self._congestion.estimate(now_s), now_s)
 
+    def _follow(self, estimate: LinkEstimate, now_s: float) -> None:
+        """Decide anew if the new estimate may change what is sent."""
+        lane, other_bps = self._picture_lane, self._congestion.other_bps
+        if (lane is not None and self._needs_keyframe(lane, estimate, now_s)) or (
+            not self._allocator.may_rest(estimate, other_bps, now_s)
+        ):
+            self._decide(estimate, now_s)
+
     def _decide(self, estimate: LinkEstimate, now_s: float) -> None:
         """Decide and apply the decision; a pre-roll sent meanwhile must not start another one."""
         if self._is_deciding:
@@ -279,15 +287,18 @@ class LiveStreams:
             if old is not None and allocation.step is not None and _falls(old, allocation.step):
                 # The link is full of the old rendition, and more pictures of it would be late.
                 lane.give_up()
-        elif (lane.is_cut or lane.is_waiting) and self._may_resume(estimate, now_s):
-            # The old rendition was given up while the link was full, and now a keyframe fits; or
-            # the keyframe came too late.
+        elif self._needs_keyframe(lane, estimate, now_s):
             self._asked_s = now_s
             self._video.request_keyframe(lane)
 
-    def _may_resume(self, estimate: LinkEstimate, now_s: float) -> bool:
+    def _needs_keyframe(self, lane: VideoLane, estimate: LinkEstimate, now_s: float) -> bool:
+        """Whether the old rendition was given up while the link was full, and a keyframe fits now.
+
+        Or the keyframe came too late.
+        """
         return (
-            estimate.state in ("starting", "steady")
+            (lane.is_cut or lane.is_waiting)
+            and estimate.state in ("starting", "steady")
             and now_s - self._asked_s >= _RESUME_S
             and self._congestion.is_free_for_keyframe(now_s)
         )

@@ -31,6 +31,9 @@ class RenditionLadder:
         self._settings = {one.name: one for one in finer}
         self._shared = [step_of(one, video.codec) for one in video.renditions]
         self._finer = [step_of(one, video.codec) for one in finer]
+        self._most_bps = [
+            (area(one.size), picture_bps(one, 0, one.bitrate_bps)) for one in self._shared
+        ]
         found = (sound_encodings(one, audio.channels) for one in audio.encodings)
         self._encodings = [one for encodings in found for one in encodings]
 
@@ -39,8 +42,8 @@ class RenditionLadder:
 
         It exceeds their own rate, because part of the link stays free. None is sound alone.
         """
-        fitting = (one for one in self._shared if size is not None and area(one.size) <= area(size))
-        picture = max((picture_bps(one, 0, one.bitrate_bps) for one in fitting), default=0.0)
+        pixels = 0 if size is None else area(size)
+        picture = max((bps for own, bps in self._most_bps if own <= pixels), default=0.0)
         return (picture + sound_bps(self._encodings[0], 0)) / FIT_SHARE
 
     @property
