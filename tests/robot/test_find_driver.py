@@ -144,6 +144,18 @@ def test_a_driver_that_cannot_move_sideways_says_so(
             make_driver(RobotSettings(driver=name, base="omni"), clock)
 
 
+@pytest.mark.parametrize("local", [None, LocalSettings(source="robot")])
+def test_the_simulated_robot_needs_wheels_that_move_it_sideways(
+    local: LocalSettings | None, clock: FakeClock
+) -> None:
+    """On two driven sides it takes no speed sideways, with nobody or somebody aboard."""
+    settings = RobotSettings(max_lateral_mps=0.3)
+    with pytest.raises(ConfigError, match=r"^robot\.max_lateral_mps: simulated cannot"):
+        make_robot(settings, clock, local=local)
+    can = make_robot(settings.model_copy(update={"base": "mecanum"}), clock, local=local)
+    assert can.limits.lateral_mps == 0.3
+
+
 def test_a_missing_plugin_is_an_error(clock: FakeClock) -> None:
     """The error for a module that is not installed names the key and the module."""
     with pytest.raises(ConfigError, match=r"^robot\.driver: no\.such:Robot: cannot import no\.suc"):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.config.robot import RobotSettings
-from wax.driver.interface import Twist
+from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.simulation import Simulation
 
@@ -28,7 +28,7 @@ def started(
 
 
 def speed_mps(simulation: Simulation, now_s: float) -> float:
-    return simulation.advance(now_s).left_mps
+    return simulation.advance(now_s).twist.linear_mps
 
 
 def test_it_moves_and_stops() -> None:
@@ -43,18 +43,18 @@ def test_it_moves_and_stops() -> None:
 
 
 def test_a_mecanum_base_moves_sideways() -> None:
-    """Its motors turn as fast as ahead, it gets where its speed takes it, and it stops as soon."""
+    """Its wheels turn as fast as ahead, it gets where its speed takes it, and it stops as soon."""
     sideways, ahead = started(base="mecanum"), started(base="mecanum")
     for tick in range(25):
         sideways.apply(Twist(lateral_mps=0.5), 1, 100.0 + tick * 0.02)
         ahead.apply(AHEAD, 1, 100.0 + tick * 0.02)
         senses, straight = (one.advance(100.0 + tick * 0.02) for one in (sideways, ahead))
-        assert senses.motors_mps == pytest.approx(straight.motors_mps)
+        assert [*map(abs, senses.wheels_mps)] == pytest.approx(straight.wheels_mps)
         assert senses.motor_c == pytest.approx(straight.motor_c)
-    assert senses.lateral_mps == pytest.approx(0.5)
+    assert senses.twist.lateral_mps == pytest.approx(0.5)
     to_the_left = math.atan2(senses.pose.y_m - WORLD.start.y_m, senses.pose.x_m - WORLD.start.x_m)
     assert to_the_left == pytest.approx(WORLD.start.heading_rad + math.pi / 2)
-    assert sideways.advance(101.2).lateral_mps == 0.0
+    assert sideways.advance(101.2).twist == STANDSTILL
 
 
 def test_its_own_watchdog_stops_it() -> None:
@@ -75,7 +75,7 @@ def test_a_lower_turn_does_nothing() -> None:
     simulation.apply(AHEAD, 4, 100.0)
     simulation.set_axis("pan", 1.0, 4)
     senses = simulation.advance(100.2)
-    assert (senses.left_mps, senses.pan_rad) == (0.0, 0.0)
+    assert (senses.twist, senses.pan_rad) == (STANDSTILL, 0.0)
     simulation.apply(AHEAD, 5, 100.2)
     simulation.advance(100.4)
     simulation.stop(1)
@@ -98,7 +98,7 @@ def test_a_long_sleep_is_skipped() -> None:
     simulation = started()
     simulation.apply(AHEAD, 1, 100.0)
     senses = simulation.advance(1e9)
-    assert senses.left_mps == 0.0
+    assert senses.twist == STANDSTILL
     assert senses.pose.x_m - WORLD.start.x_m < 0.2
     assert senses.at_s == pytest.approx(1e9, abs=0.011)
 

@@ -33,12 +33,17 @@ def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
         name, KEY, settings, clock, needs=_METHODS, contract=_CONTRACT, group=DRIVERS
     )
     _check_properties(name, driver)
-    if settings.lateral_mps > 0 and driver.limits.lateral_mps == 0:
-        raise ConfigError(
-            f"robot.max_lateral_mps: {name} cannot move this robot sideways; set it to 0, or see"
-            " robot.base."
-        )
+    check_sideways(settings, driver.limits)
     return driver
+
+
+def check_sideways(settings: RobotSettings, limits: Limits) -> None:
+    """Raise `ConfigError` if the robot is to move sideways, but cannot."""
+    if settings.lateral_mps > 0 and limits.lateral_mps == 0:
+        raise ConfigError(
+            f"robot.max_lateral_mps: {settings.driver} cannot move this robot sideways; set it to"
+            " 0, or see robot.base."
+        )
 
 
 def _check_properties(name: str, driver: Driver) -> None:

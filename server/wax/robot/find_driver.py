@@ -8,7 +8,7 @@ import structlog
 
 from wax.errors import ConfigError, PluginError
 from wax.plugin import DRIVERS, find_offer, is_plugin_name
-from wax.robot.build_driver import KEY, make_driver
+from wax.robot.build_driver import KEY, check_sideways, make_driver
 from wax.robot.check_controls import check_controls
 from wax.robot.hand.source import no_hand
 from wax.robot.known import Known, look
@@ -67,6 +67,7 @@ def make_robot(
             from wax.robot.simulated.chair import SimulatedChair  # noqa: PLC0415 - it draws
 
             robot: Driver = SimulatedChair(settings, local, clock, controls)
+            check_sideways(settings, robot.limits)
         else:
             robot = make_driver(settings, clock)
         check_controls(robot.limits, settings.driver, controls)

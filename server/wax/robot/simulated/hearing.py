@@ -44,7 +44,7 @@ class SoundMixer:
         residents = [Resident(dweller, world) for dweller in world.people]
         self._residents = [(one, PlacedSound(one, world)) for one in residents]
         self._random = np.random.default_rng(seed)
-        self._motors = (_Motor(46.0, 0.0), _Motor(47.5, 1.0))
+        self._motors = tuple(_Motor(46.0 + 1.5 * wheel, wheel) for wheel in range(4))
         self._horn = _Horn()
         self._bumps: int | None = None
         self._thuds = np.zeros(0)
@@ -69,7 +69,7 @@ class SoundMixer:
     def _own(self, senses: Senses, said: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the robot's own sounds; `said` is what its speaker plays."""
         sound = self._bump(senses) + SPEAKER_GAIN * said + self._horn.sound(senses.is_honking)
-        for motor, speed_mps in zip(self._motors, senses.motors_mps, strict=True):
+        for motor, speed_mps in zip(self._motors, senses.wheels_mps, strict=False):
             sound += motor.hum(speed_mps)
         return sound
 
@@ -95,7 +95,7 @@ class _Motor:
         self._speed_mps = 0.0
 
     def hum(self, speed_mps: float) -> NDArray[np.float64]:
-        old, new = self._speed_mps, self._speed_mps + _SPIN * (speed_mps - self._speed_mps)
+        old, new = self._speed_mps, self._speed_mps + _SPIN * (abs(speed_mps) - self._speed_mps)
         self._speed_mps = new
         speed = old + (new - old) * np.arange(1, BLOCK_SAMPLES + 1) / BLOCK_SAMPLES
         phase = self._phase + np.cumsum(

@@ -33,11 +33,6 @@ class Motion:
     lateral_mps: float = 0.0
     impact_mps: float = 0.0
 
-    def wheels_mps(self, wheel_base_m: float) -> tuple[float, float]:
-        """Give the speeds ahead of the left and the right wheels."""
-        half = self.angular_rps * wheel_base_m / 2.0
-        return self.linear_mps - half, self.linear_mps + half
-
 
 def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: float) -> Motion:
     """Move on by `dt_s` towards the speed `target`.

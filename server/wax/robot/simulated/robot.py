@@ -112,14 +112,14 @@ class SimulatedRobot:
 
     def state(self) -> RobotState:
         senses = self.senses()
-        sideways = {"lateral_mps": senses.lateral_mps} if self._limits.lateral_mps > 0 else {}
+        sideways = {"lateral_mps": senses.twist.lateral_mps} if self._limits.lateral_mps > 0 else {}
         return RobotState(
             connected=self._thread is not None,
             epoch=self._epoch,
             pose=senses.pose,
             gauges={"motor_c": senses.motor_c},
             extra={
-                "speed_mps": (senses.left_mps + senses.right_mps) / 2.0,
+                "speed_mps": senses.twist.linear_mps,
                 **sideways,
                 "pan_rad": senses.pan_rad,
                 "bumps": float(senses.bumps),

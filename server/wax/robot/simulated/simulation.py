@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.checks import TurnFence, unit, within
-from wax.driver.interface import STANDSTILL, Limits
+from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.simulated.lamp import FULL, LIGHTS, Lamp
 from wax.robot.simulated.motion import Motion, step
+from wax.robot.wheels import WheelGeometry
 
 if TYPE_CHECKING:
     from wax.config.robot import RobotSettings
-    from wax.driver.interface import ControlValue, Pose, Twist
+    from wax.driver.interface import ControlValue, Pose
     from wax.robot.simulated.world import World
 
 STEP_S = 0.01
@@ -42,44 +43,37 @@ MAX_CATCH_UP_S = 0.5
 class Senses:
     """The input for camera and microphone at `at_s`; `pan_rad` is the head's angle to the left.
 
-    `left_mps` and `right_mps` are its sides' speeds ahead, `lateral_mps` is its speed to the left.
-    `bumps` counts collisions; `bump_mps` is the speed of the newest one. `motor_c` is the warmer
+    `twist` is its speed, `wheels_mps` that of each wheel.
+    `bumps` counts collisions; `bump_mps` is the speed of the newest one. `motor_c` is the warmest
     motor's temperature.
     """
 
     at_s: float
     pose: Pose
     pan_rad: float = 0.0
-    left_mps: float = 0.0
-    right_mps: float = 0.0
-    lateral_mps: float = 0.0
+    twist: Twist = STANDSTILL
+    wheels_mps: tuple[float, ...] = ()
     bumps: int = 0
     bump_mps: float = 0.0
     lamp: Lamp = field(default_factory=Lamp)
     is_honking: bool = False
     motor_c: float = ROOM_C
 
-    @property
-    def motors_mps(self) -> tuple[float, float]:
-        """How fast the fastest wheel of each side turns; to move sideways its wheels turn, too."""
-        aside_mps = abs(self.lateral_mps)
-        return abs(self.left_mps) + aside_mps, abs(self.right_mps) + aside_mps
-
 
 class Simulation:
     """A robot in a `world`. It is deterministic: the same calls at the same times move it alike."""
 
     def __init__(self, settings: RobotSettings, world: World) -> None:
+        self._wheels = WheelGeometry(settings)
         self.limits = Limits(
             settings.max_linear_mps,
             settings.max_angular_rps,
             axes=("pan",),
             ttl_s=TIME_TO_LIVE_S,
             controls=CONTROLS,
-            lateral_mps=settings.lateral_mps,
+            lateral_mps=settings.lateral_mps if self._wheels.moves_sideways else 0.0,
         )
         self._world = world
-        self._wheel_base_m = settings.wheel_base_m
         self._fence = TurnFence()
         self._target = STANDSTILL
         self._expires_s = 0.0
@@ -97,9 +91,8 @@ class Simulation:
         """Start the simulation at `now_s`, standing still."""
         self._let_go()
         self._motion = Motion(self._motion.pose)
-        self._senses = replace(
-            self._senses, at_s=now_s, left_mps=0.0, right_mps=0.0, lateral_mps=0.0
-        )
+        still = tuple(self._wheels.speeds_mps(STANDSTILL))
+        self._senses = replace(self._senses, at_s=now_s, twist=STANDSTILL, wheels_mps=still)
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
         """Follow a set-point for `TIME_TO_LIVE_S`, unless its turn is over."""
@@ -157,22 +150,22 @@ class Simulation:
             target = within(replace(target, angular_rps=LOOK_AROUND_RPS), self.limits)
         moved = step(self._motion, target, self.limits, self._world, STEP_S)
         self._motion = moved
-        left, right = moved.wheels_mps(self._wheel_base_m)
+        twist = Twist(moved.linear_mps, moved.angular_rps, moved.lateral_mps)
+        wheels = tuple(self._wheels.speeds_mps(twist))
         bumped = moved.impact_mps > THUD_MPS
         before = self._senses
         most = PAN_SPEED_RPS * STEP_S
         pan = before.pan_rad + min(most, max(-most, self._pan_target_rad - before.pan_rad))
+        warmed = _WARMING_C_PER_M * max(map(abs, wheels)) * STEP_S
         cooled = (before.motor_c - ROOM_C) * STEP_S / _COOLING_S
-        senses = replace(
+        self._senses = replace(
             before,
             at_s=at_s,
             pose=moved.pose,
             pan_rad=pan,
-            left_mps=left,
-            right_mps=right,
-            lateral_mps=moved.lateral_mps,
+            twist=twist,
+            wheels_mps=wheels,
             bumps=before.bumps + bumped,
             bump_mps=moved.impact_mps if bumped else before.bump_mps,
+            motor_c=before.motor_c + warmed - cooled,
         )
-        warmed = _WARMING_C_PER_M * max(senses.motors_mps) * STEP_S
-        self._senses = replace(senses, motor_c=before.motor_c + warmed - cooled)
