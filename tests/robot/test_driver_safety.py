@@ -54,15 +54,21 @@ class TestSimulated(Ours):
     kind = "simulated"
     ttl_s = 0.3
     braking_s = 0.1
+    base: ClassVar = "differential"
 
     def make_driver(self, clock: Clock) -> Driver:
-        robot = make_driver(RobotSettings(), clock)
+        robot = make_driver(RobotSettings.model_validate({"base": self.base}), clock)
         self._seen = getattr(self, "_seen", None) or robot
         return robot
 
     def commanded(self) -> Sequence[Twist]:
-        speed_mps = self._seen.state().extra["speed_mps"]
-        return [Twist(speed_mps, 0.0)]
+        extra = self._seen.state().extra
+        return [Twist(extra["speed_mps"], 0.0, extra.get("lateral_mps", 0.0))]
+
+
+@pytest.mark.full
+class TestSimulatedSideways(TestSimulated):
+    base = "mecanum"
 
 
 class TestSimulatedWithSomebodyAboard(TestSimulated):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Twist
 
 LIMITS = Limits(0.6, 1.5, axes=("pan",))
+SIDEWAYS = replace(LIMITS, lateral_mps=0.4)
 
 
 class Robot:
@@ -65,12 +66,13 @@ class Right:
 
     period_s: ClassVar = 0.01
     ttl_s: ClassVar = 0.3
+    own_limits: ClassVar = LIMITS
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
         self.robot = robot
         self.clock = clock
         self.lock = threading.Lock()
-        self.setpoints = SetPoints(LIMITS, self.ttl_s)
+        self.setpoints = SetPoints(self.own_limits, self.ttl_s)
         self.answer = RobotState(connected=False)
         self.closing = threading.Event()
         self.thread: threading.Thread | None = None
@@ -81,7 +83,7 @@ class Right:
 
     @property
     def limits(self) -> Limits:
-        return LIMITS
+        return self.own_limits
 
     def open(self) -> None:
         if self.thread is None:
@@ -385,3 +387,85 @@ class SaysWhatCannotBeSent(Right):
     def state(self) -> RobotState:
         broken: Any = object()
         return replace(self.answer, extra={"driven_m": broken}) if self.thread else self.answer
+
+
+class MovesSideways(Right):
+    """Keeps every promise, too, with a robot that moves sideways."""
+
+    own_limits = SIDEWAYS
+
+
+class NeverMovesSideways(MovesSideways):
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(replace(twist, lateral_mps=0.0), turn)
+
+
+class GoesRightForLeft(MovesSideways):
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(replace(twist, lateral_mps=-twist.lateral_mps), turn)
+
+
+class HasNoEndSideways(Right):
+    @property
+    def limits(self) -> Limits:
+        return replace(LIMITS, lateral_mps=math.inf)
+
+
+class MovesSidewaysUnasked(Right):
+    """Follows a motion that its limits deny."""
+
+    def __init__(self, robot: Robot, clock: Clock) -> None:
+        super().__init__(robot, clock)
+        self.setpoints = SetPoints(SIDEWAYS, self.ttl_s)
+
+
+class IsFasterOnTheDiagonal(MovesSideways, _Remembers):
+    def say(self) -> None:
+        with self.lock:
+            order, _ = self.setpoints.order(self.clock.now_s())
+            ahead, left = (
+                min(most, max(-most, asked))
+                for asked, most in ((self.wanted.linear_mps, 0.6), (self.wanted.lateral_mps, 0.4))
+            )
+            moving = replace(order.twist, linear_mps=ahead, lateral_mps=left)
+            self.robot.tell(STANDSTILL if order.twist.is_zero else moving)
+
+
+class _DriftsOn(MovesSideways):
+    """Holds on to a speed sideways."""
+
+    drift_mps = 0.0
+
+    def say(self) -> None:
+        with self.lock:
+            order, _ = self.setpoints.order(self.clock.now_s())
+            self.robot.tell(replace(order.twist, lateral_mps=self.drift_mps))
+
+
+class DriftsOnAfterAStop(_DriftsOn):
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(twist, turn)
+        self.drift_mps = twist.lateral_mps or self.drift_mps
+
+
+class DriftsOnInSilence(_DriftsOn):
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(twist, turn)
+        self.drift_mps = twist.lateral_mps
+
+    def stop(self, turn: int) -> None:
+        super().stop(turn)
+        self.drift_mps = 0.0
+
+
+class DriftsOnByNoNumber(DriftsOnInSilence):
+    """Takes what is no number for nothing new, and notices silence."""
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        bad = not math.isfinite(twist.lateral_mps)
+        super().apply(replace(twist, lateral_mps=self.drift_mps) if bad else twist, turn)
+
+
+class FollowsAnOldTurnSideways(MovesSideways):
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(twist, 99 if twist.lateral_mps else turn)

@@ -23,8 +23,11 @@ pytestmark = pytest.mark.system
 WRONG: Final[tuple[tuple[type[Right], str, str], ...]] = (
     (robots.MovesWhenOpened, "it_moves_when_told_and_stops_when_told", "opened, it was told"),
     (robots.GoesTheWrongWay, "it_moves_when_told_and_stops_when_told", "the wrong way"),
+    (robots.NeverMovesSideways, "it_moves_when_told_and_stops_when_told", "did not move the robot"),
+    (robots.GoesRightForLeft, "it_moves_when_told_and_stops_when_told", "the wrong way"),
     (robots.KnowsNoLimitsYet, "it_says_what_it_is_before_it_is_opened", "has changed them"),
     (robots.HasNoEndOfItsSpeed, "it_says_what_it_is_before_it_is_opened", "must be finite"),
+    (robots.HasNoEndSideways, "it_says_what_it_is_before_it_is_opened", "must be finite"),
     (robots.ConnectsWhenBuilt, "building_it_touches_nothing", "constructor has left"),
     (robots.DisturbsTheOther, "building_it_touches_nothing", "has disconnected this one"),
     (robots.RaisesWhenClosed, "nothing_raises_at_any_time", "the port is closed"),
@@ -32,14 +35,20 @@ WRONG: Final[tuple[tuple[type[Right], str, str], ...]] = (
     (robots.RefusesAnOldStop, "stop_is_never_refused", "a stop of an old turn was not told within"),
     (robots.StopsLate, "stop_is_never_refused", "was not told within"),
     (robots.StopsBySilence, "stop_is_never_refused", "did not stop the robot at all"),
+    (robots.DriftsOnAfterAStop, "stop_is_never_refused", "did not stop the robot at all"),
     (robots.SaysAStopOnce, "a_stop_is_told_again", "told 1 times"),
     (robots.FollowsAnOldTurn, "a_lower_turn_is_ignored", "of an old turn moved"),
+    (robots.FollowsAnOldTurnSideways, "a_lower_turn_is_ignored", "of an old turn moved"),
     (robots.IsKeptGoingByAnOldTurn, "a_lower_turn_is_ignored", "kept the robot moving"),
     (robots.HasNoWatchdog, "silence_stops_it", "not told to stand"),
     (robots.StopsBySilence, "silence_stops_it", "not told to stand"),
+    (robots.DriftsOnInSilence, "silence_stops_it", "not told to stand"),
     (robots.MovesByWhatIsNoNumber, "what_is_no_number_stops_it", "moved the robot"),
     (robots.IsKeptGoingByNoNumber, "what_is_no_number_stops_it", "kept the robot moving"),
+    (robots.DriftsOnByNoNumber, "what_is_no_number_stops_it", "kept the robot moving"),
     (robots.HasNoLimits, "it_keeps_its_limits", "1000"),
+    (robots.MovesSidewaysUnasked, "it_keeps_its_limits", "asked sideways, it was told to move"),
+    (robots.IsFasterOnTheDiagonal, "it_keeps_its_limits", "a faster diagonal"),
     (robots.BlocksWhileItWrites, "every_call_returns_at_once", "apply takes"),
     (robots.BlocksWhileItOpens, "every_call_returns_at_once", "open.. waits"),
     (robots.HangsWhenAsked, "every_call_returns_at_once", "has not returned"),
@@ -77,6 +86,14 @@ class TestRight(Suite):
     """The base of the wrong drivers passes the suite."""
 
 
+@pytest.mark.full
+class TestMovesSideways(Suite):
+    """So does one with a robot that moves sideways."""
+
+    def make_driver(self, clock: Clock) -> Driver:
+        return robots.MovesSideways(self.robot, clock)
+
+
 class Short(Suite):
     """Made without pytest's fixtures, and waiting less for what never comes."""
 
@@ -84,6 +101,7 @@ class Short(Suite):
         for module in ("driver_under_test", "driver_safety"):
             monkeypatch.setattr(f"wax.testing.{module}.READY_S", 1.0)
             monkeypatch.setattr(f"wax.testing.{module}.HANGS_S", 2.0)
+        monkeypatch.setattr("wax.testing.driver_under_test.MOVES_S", 1.0)
         self.begin()
         self.wrong = wrong
         self.made: list[Right] = []

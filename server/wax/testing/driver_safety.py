@@ -43,11 +43,12 @@ class DriverSafety(DriverUnderTest):
         self._open(driver)
         told = self._watch(STANDS_S)
         assert all(twist.is_zero for twist in told), f"opened, it was told to move: {told}"
-        for sign in (1.0, -1.0):
-            moving = self._drive(driver, turn=1, sign=sign)
-            assert sign * (moving.linear_mps or moving.angular_rps) > 0, f"the wrong way: {moving}"
-            driver.stop(1)
-            assert self._stands(SILENCE_S), "after a stop the robot was not told to stand"
+        for way in self._each_way(driver):
+            for asked in (way, way.scaled(-1.0)):
+                moving = self._drive(driver, 1, asked)
+                assert _goes_along(moving, asked), f"asked for {asked} the wrong way: {moving}"
+                driver.stop(1)
+                assert self._stands(SILENCE_S), "after a stop the robot was not told to stand"
 
     def test_it_says_what_it_is_before_it_is_opened(self, driver: Driver) -> None:
         """Kind and limits are known before `open`, are valid and never change."""
@@ -55,7 +56,7 @@ class DriverSafety(DriverUnderTest):
         assert isinstance(kind, str), f"kind is {kind!r}, not a text"
         assert kind, "kind is empty"
         assert isinstance(limits, Limits), f"limits is {limits!r}, not Limits"
-        for most in (limits.linear_mps, limits.angular_rps):
+        for most in (limits.linear_mps, limits.angular_rps, limits.lateral_mps):
             assert 0.0 <= most < math.inf, f"{limits} must be finite, from 0 on"
         assert all(isinstance(axis, str) for axis in limits.axes), f"axes: {limits.axes!r}"
         self._open(driver)
@@ -128,43 +129,64 @@ class DriverSafety(DriverUnderTest):
         The previous operator's set-points have no effect, however late they arrive.
         """
         self._open(driver)
-        driver.apply(STANDSTILL, 7)
-        assert not self._moves(driver, turn=6), "a set-point of an old turn moved the robot"
-        driver.stop(9)
-        assert not self._moves(driver, turn=8), "a set-point of before the stop's turn moved it"
-        self._drive(driver, turn=9)
-        self._feed(driver, self._ahead(driver), 8, SILENCE_S)
-        assert self._stands(STOP_S), "set-points of an old turn kept the robot moving"
+        turn = 7
+        for way in self._each_way(driver):
+            driver.apply(STANDSTILL, turn)
+            assert not self._moves(driver, turn - 1, way), "a set-point of an old turn moved it"
+            turn += 2
+            driver.stop(turn)
+            assert not self._moves(driver, turn - 1, way), "a set-point of before the stop moved it"
+            self._drive(driver, turn, way)
+            self._feed(driver, way, turn - 1, SILENCE_S)
+            assert self._stands(STOP_S), "set-points of an old turn kept the robot moving"
 
     def test_silence_stops_it(self, driver: Driver) -> None:
         """When set-points cease, the driver itself stops the robot within half a second."""
         self._open(driver)
-        self._drive(driver, turn=1)
-        assert self._stands(SILENCE_S), (
-            f"{SILENCE_S} s after the last set-point the robot was not told to stand"
-        )
+        for way in self._each_way(driver):
+            self._drive(driver, 1, way)
+            assert self._stands(SILENCE_S), (
+                f"{SILENCE_S} s after the last set-point the robot was not told to stand: {way}"
+            )
 
     def test_what_is_no_number_stops_it(self, driver: Driver) -> None:
         """NaN and infinity mean standstill, whether the robot stands or moves."""
         self._open(driver)
         for bad in (math.nan, math.inf, -math.inf):
-            for twist in (Twist(bad, 0.0), Twist(0.0, bad), Twist(bad, bad)):
+            for twist in (Twist(bad), Twist(0.0, bad), Twist(0.0, 0.0, bad), Twist(bad, bad, bad)):
                 driver.apply(STANDSTILL, 1)
                 told = self._feed(driver, twist, 1, 3 * BEAT_S)
                 assert all(one.is_zero for one in told), f"{twist} moved the robot: {told}"
-        self._drive(driver, turn=1)
-        self._feed(driver, Twist(math.nan, 0.0), 1, SILENCE_S)
-        assert self._stands(STOP_S), "a set-point that is no number kept the robot moving"
+        for way in self._each_way(driver):
+            self._drive(driver, 1, way)
+            bad_way = Twist(lateral_mps=math.nan) if way.lateral_mps else Twist(math.nan)
+            self._feed(driver, bad_way, 1, SILENCE_S)
+            assert self._stands(STOP_S), "a set-point that is no number kept the robot moving"
 
     def test_it_keeps_its_limits(self, driver: Driver) -> None:
-        """Set-points beyond the limits are clipped to them."""
+        """Set-points beyond the limits are clipped to them, a diagonal as a whole.
+
+        A robot that cannot move sideways does nothing of what it is asked to the side.
+        """
         self._open(driver)
         limits = driver.limits
-        for twist in (Twist(1e3, 0.0), Twist(-1e3, 0.0), Twist(0.0, 1e3), Twist(-1e9, -1e9)):
+        if limits.lateral_mps == 0.0:
+            told = self._feed(driver, Twist(lateral_mps=1e3), 1, 5 * BEAT_S)
+            assert all(one.is_zero for one in told), f"asked sideways, it was told to move: {told}"
+        most = 1 + ROUNDING
+        for asked in (
+            *(Twist(1e3), Twist(-1e3), Twist(0.0, 1e3), Twist(-1e9, -1e9)),
+            *(Twist(0.0, 0.0, 1e3), Twist(1e3, 0.0, -1e3), Twist(-1e9, -1e9, 1e9)),
+        ):
             driver.apply(STANDSTILL, 1)
-            for told in self._feed(driver, twist, 1, 5 * BEAT_S):
-                assert abs(told.linear_mps) <= limits.linear_mps * (1 + ROUNDING), (twist, told)
-                assert abs(told.angular_rps) <= limits.angular_rps * (1 + ROUNDING), (twist, told)
+            for twist in self._feed(driver, asked, 1, 5 * BEAT_S):
+                assert abs(twist.linear_mps) <= limits.linear_mps * most, (asked, twist)
+                assert abs(twist.angular_rps) <= limits.angular_rps * most, (asked, twist)
+                assert abs(twist.lateral_mps) <= limits.lateral_mps * most, (asked, twist)
+                if limits.linear_mps and limits.lateral_mps:
+                    ahead = twist.linear_mps / limits.linear_mps
+                    left = twist.lateral_mps / limits.lateral_mps
+                    assert math.hypot(ahead, left) <= most, f"a faster diagonal: {asked}, {twist}"
 
     def test_every_call_returns_at_once(self, driver: Driver) -> None:
         """No method that the control loop calls takes longer than a few milliseconds."""
@@ -295,3 +317,12 @@ class DriverSafety(DriverUnderTest):
             thread.join(HANGS_S)
         if raised:
             raise AssertionError(f"state() failed: {raised[0]!r}") from raised[0]
+
+
+def _goes_along(told: Twist, asked: Twist) -> bool:
+    """Whether a motion is in the direction that was asked for."""
+    return (
+        told.linear_mps * asked.linear_mps
+        + told.angular_rps * asked.angular_rps
+        + told.lateral_mps * asked.lateral_mps
+    ) > 0

@@ -79,11 +79,16 @@ class DriverUnderTest(ABC):
         self._until(driver, lambda state: state.connected, "connects", READY_S)
         driver.apply(STANDSTILL, 0)
 
-    def _ahead(self, driver: Driver, sign: float = 1.0) -> Twist:
+    def _ahead(self, driver: Driver) -> Twist:
         """Half of the robot's speed ahead, or on the spot if it can only turn."""
-        half = sign / 2.0
-        linear_mps = half * driver.limits.linear_mps
-        return Twist(linear_mps, 0.0 if linear_mps else half * driver.limits.angular_rps)
+        limits = driver.limits
+        turning_rps = 0.0 if limits.linear_mps else limits.angular_rps
+        return Twist(limits.linear_mps, turning_rps).scaled(0.5)
+
+    def _each_way(self, driver: Driver) -> list[Twist]:
+        """Half of the robot's speed ahead, and sideways if it can."""
+        sideways = Twist(lateral_mps=driver.limits.lateral_mps / 2.0)
+        return [self._ahead(driver), *([] if sideways.is_zero else [sideways])]
 
     def _watch(self, for_s: float) -> list[Twist]:
         """Return the set-points that reach the robot within this time."""
@@ -106,9 +111,10 @@ class DriverUnderTest(ABC):
             told += self._watch(BEAT_S)
         return told
 
-    def _drive(self, driver: Driver, turn: int, sign: float = 1.0) -> Twist:
+    def _drive(self, driver: Driver, turn: int, way: Twist | None = None) -> Twist:
         """Ask for standstill, then motion, until it reaches the robot; return what reached it.
 
+        The motion is ahead unless another `way` is given.
         If the driver has begun a new epoch meanwhile, ask for standstill again, as a person must.
         """
         epoch = -1
@@ -116,18 +122,18 @@ class DriverUnderTest(ABC):
         while True:
             if epoch != (epoch := driver.state().epoch):
                 self._feed(driver, STANDSTILL, turn, 2 * BEAT_S)
-            told = self._feed(driver, self._ahead(driver, sign), turn, BEAT_S)
+            told = self._feed(driver, way or self._ahead(driver), turn, BEAT_S)
             if moving := [twist for twist in told if not twist.is_zero]:
                 return moving[-1]
             assert time.monotonic() < end_s, (
                 f"a set-point did not move the robot within {MOVES_S:g} s: {driver.state()}"
             )
 
-    def _moves(self, driver: Driver, turn: int) -> bool:
+    def _moves(self, driver: Driver, turn: int, way: Twist | None = None) -> bool:
         """Ask for standstill, then motion, for a while; return whether motion reached the robot."""
         self._watch(0.0)
         driver.apply(STANDSTILL, turn)
-        told = self._feed(driver, self._ahead(driver), turn, 10 * BEAT_S)
+        told = self._feed(driver, way or self._ahead(driver), turn, 10 * BEAT_S)
         return not all(twist.is_zero for twist in told)
 
     def _stands(self, within_s: float) -> bool:
@@ -142,15 +148,16 @@ class DriverUnderTest(ABC):
 
     def _stops_at_once(self, driver: Driver, stop: Callable[[], None], what: str) -> None:
         """Drive, stop in this way, and check that it takes less time than any watchdog."""
-        for _ in range(TRIES):
-            self._drive(driver, turn=9)
-            stop()
-            if self._stands(STOP_S):
-                return
-            assert self._stands(SILENCE_S), f"{what} did not stop the robot at all"
-        raise AssertionError(
-            f"{what} was not told within {(STOP_S + self.braking_s) * 1000:.0f} ms"
-        )
+        within_ms = (STOP_S + self.braking_s) * 1000
+        for way in self._each_way(driver):
+            for _ in range(TRIES):
+                self._drive(driver, 9, way)
+                stop()
+                if self._stands(STOP_S):
+                    break
+                assert self._stands(SILENCE_S), f"{what} did not stop the robot at all"
+            else:
+                raise AssertionError(f"{what} was not told within {within_ms:.0f} ms: {way}")
 
     def _reconnects(self, driver: Driver, how: Callable[[], object], epoch: int) -> None:
         """Check that the robot stands once it has reconnected, in a later epoch."""
