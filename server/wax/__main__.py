@@ -261,7 +261,13 @@ def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser
     _takes_config(proof)
     proof.add_argument("--record", type=Path, metavar="FILE", help="prove-stop-DATE-TIME.html")
     proof.add_argument("--lifted", action="store_true", help="the wheels are off the floor")
-    proof.add_argument("--repeats", type=int, default=5, metavar="N", help="cuts of each link (5)")
+    proof.add_argument(
+        "--repeats",
+        type=int,
+        default=5,
+        metavar="N",
+        help="cuts of each link (5); as many sideways",
+    )
     proof.add_argument("--json", action="store_true", help="report progress as lines of JSON")
 
 

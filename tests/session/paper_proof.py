@@ -16,6 +16,7 @@ from wax.commands.proof.measure import Sample
 from wax.commands.proof.proof import Proof
 
 if TYPE_CHECKING:
+    from wax.client.process import Order
     from wax.commands.proof.verdict import Fault, Findings
 
 
@@ -25,7 +26,7 @@ class PaperProof(Proof):
     async def run(self) -> Findings:
         return self._findings(await self._cut_all())
 
-    async def _sample(self, fault: Fault) -> Sample:
+    async def _sample(self, fault: Fault, way: Order) -> Sample:
         frame_ms = self._settings.drive.max_age_ms
         return Sample(frame_ms, standing_ms=frame_ms + 50.0, speed_mps=None)
 

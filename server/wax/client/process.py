@@ -15,7 +15,7 @@ import sys
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import aiohttp
 from pydantic import TypeAdapter
@@ -32,12 +32,15 @@ Order = Literal[
     "neutral",
     "drive",
     "reverse",
+    "sideways",
     "stop",
     "stop by http",
     "release",
     "reconnect",
 ]
 ORDERS: TypeAdapter[Order] = TypeAdapter(Order)
+_WAYS: Final = {"drive": (1.0, 0.0, 0.0), "reverse": (-1.0, 0.0, 0.0), "sideways": (0.0, 0.0, 1.0)}
+"""The speed of each way that it drives: ahead, turning, to the left."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +95,8 @@ class OrderedOperator:
                     operator.send(type=order)
             case "neutral":
                 operator.let_go()
-            case "drive":
-                operator.steer(1.0)
-            case "reverse":
-                operator.steer(-1.0)
+            case "drive" | "reverse" | "sideways":
+                operator.steer(*_WAYS[order])
             case "stop by http":
                 self._begin(operator.press_stop())
             case "release":

@@ -63,6 +63,22 @@ class Moving(SteadyRobot):
         return Reading(moving=self.moves(now_s))
 
 
+class Sliding(Moving):
+    """Moves sideways, too, and writes down when it did."""
+
+    moves_sideways: ClassVar[bool] = True
+    slid = False
+
+    def tell(self, twist: Twist) -> Reading | None:
+        self.slid = self.slid or twist.lateral_mps > 0.0
+        return super().tell(twist)
+
+    def disconnect(self) -> None:
+        super().disconnect()
+        with Path(os.environ[LEFT]).open("a", encoding="utf-8") as file:
+            file.write("slid\n" if self.slid else "")
+
+
 class Posing(Moving):
     """Reports only its pose."""
 

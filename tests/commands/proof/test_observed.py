@@ -151,6 +151,19 @@ async def test_what_it_is_told_and_how_long_it_moves_is_seen(
 
 
 @pytest.mark.system
+async def test_its_speed_is_that_of_its_fastest_part(watched: Callable[[str], Watched]) -> None:
+    """Ahead and sideways are one vector; what the turn adds at a wheel comes on top."""
+    one = watched("Moving")
+    robot = one.build()
+    robot.open()
+    robot.apply(Twist(0.3, 2.0, -0.4), 1)
+    (said,) = [event for event in one.observer.events() if event.who == "said"]
+    assert said.speed_mps == pytest.approx(0.5 + RobotSettings().wheel_base_m)
+    robot.close()
+    await one.observer.ended()
+
+
+@pytest.mark.system
 async def test_a_robot_is_watched_until_it_stands_before_it_is_released(
     watched: Callable[[str], Watched],
 ) -> None:

@@ -21,8 +21,10 @@ ROOT: Final = Path(__file__).parents[3]
 MEASURED: Final = 6
 
 
-def begin(folder: Path, name: str) -> subprocess.Popen[str]:
-    (folder / "wax.toml").write_text(f'robot.driver = "tests.commands.proof.robots:{name}"\n')
+def begin(folder: Path, name: str, base: str = "differential") -> subprocess.Popen[str]:
+    (folder / "wax.toml").write_text(
+        f'[robot]\ndriver = "tests.commands.proof.robots:{name}"\nbase = "{base}"\n'
+    )
     command = [sys.executable, "-m", "wax", "--config", "wax.toml", "prove-stop", "--lifted"]
     command += ["--repeats", "1", "--record", "record.html"]
     return subprocess.Popen(
@@ -36,9 +38,9 @@ def begin(folder: Path, name: str) -> subprocess.Popen[str]:
     )
 
 
-def prove(folder: Path, name: str) -> tuple[int, str, str]:
+def prove(folder: Path, name: str, base: str = "differential") -> tuple[int, str, str]:
     """Run it to its end; return its status, standard output and standard error."""
-    with begin(folder, name) as process:
+    with begin(folder, name, base) as process:
         said, complaint = process.communicate()
     return process.returncode, said, complaint
 
@@ -58,6 +60,17 @@ def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: s
     assert "the call of the driver" in record
     assert f"Driver tests.commands.proof.robots:{name}" in record
     assert not complaint
+
+
+@pytest.mark.alone
+def test_each_stop_is_also_proved_sideways(tmp_path: Path) -> None:
+    """A robot that moves sideways is cut off as often while it does."""
+    status, said, complaint = prove(tmp_path, "Sliding", "mecanum")
+    assert status == NOT_ALL, f"{said}\n{complaint}"
+    assert said.splitlines()[-1].startswith("Each measurable link was cut 2 times; ")
+    record = (tmp_path / "record.html").read_text(encoding="utf-8")
+    assert record.count("<td>passed</td>") == MEASURED
+    assert "slid" in (tmp_path / "left").read_text(encoding="utf-8")
 
 
 def test_a_robot_that_rolls_on_is_not_proved(tmp_path: Path) -> None:

@@ -126,6 +126,17 @@ def test_it_tells_what_a_person_must_know(needed: str) -> None:
     assert needed in Reader(page(findings(), SETTINGS, HEADING)).text
 
 
+def test_a_robot_that_moves_sideways_was_also_driven_so() -> None:
+    """The record says in which directions it was driven, and how fast it may be sideways."""
+    sideways = SETTINGS.model_copy(
+        update={"robot": SETTINGS.robot.model_copy(update={"max_lateral_mps": 0.4})}
+    )
+    text = Reader(page(findings(), sideways, HEADING)).text
+    assert "driven forward and sideways in turn at slow speed" in text
+    assert "At most 0.6 m/s, 0.4 m/s sideways and 1.5 rad/s" in text
+    assert "sideways" not in page(findings(), SETTINGS, HEADING)
+
+
 def test_rows_tell_failures_apart() -> None:
     """Late and unfinished rows are marked, and a missing time is not a number."""
     never = Sample(frame_ms=None, standing_ms=None, speed_mps=0.18)

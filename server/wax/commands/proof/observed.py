@@ -73,7 +73,7 @@ class ObservedRobot:
     def apply(self, twist: Twist, turn: int) -> None:
         self._driver.apply(twist, turn)
         aside_mps = abs(twist.angular_rps) * self._robot.wheel_base_m / 2.0
-        self._write("said", not twist.is_zero, abs(twist.linear_mps) + aside_mps)
+        self._write("said", not twist.is_zero, twist.speed_mps + aside_mps)
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
         self._driver.set_axis(name, position, turn)

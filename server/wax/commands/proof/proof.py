@@ -24,6 +24,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from wax.client.process import Order
     from wax.commands.proof.measure import Sample
     from wax.commands.proof.verdict import Fault
     from wax.commands.proof.watch import Watch
@@ -53,13 +54,19 @@ class Progress:
 
 
 class Proof:
-    """One run over all faults; `tell` is called with each step."""
+    """One run over all faults, each `repeats` times ahead, and as often sideways if it can.
+
+    `tell` is called with each step.
+    """
 
     def __init__(
         self, settings: Settings, *, repeats: int, tell: Callable[[Progress], None]
     ) -> None:
         self._settings = settings
-        self._repeats = repeats
+        self._ways: tuple[Order, ...] = ("drive",)
+        if settings.robot.lateral_mps > 0:
+            self._ways = ("drive", "sideways")
+        self._repeats = repeats * len(self._ways)
         self._tell = tell
         self._watch = watch_of(settings)
         self._faults = faults_of(self._watch.sees)
@@ -132,13 +139,14 @@ class Proof:
                         "proof.cut", {"fault": fault.title, "number": number, "of": self._repeats}
                     )
                 )
-                samples.append(await self._sample(fault))
+                way = self._ways[(number - 1) % len(self._ways)]
+                samples.append(await self._sample(fault, way))
                 self._done += 1
         finally:
             self._found.append(Finding(fault, tuple(samples)))
 
-    async def _sample(self, fault: Fault) -> Sample:
-        await self._drive()
+    async def _sample(self, fault: Fault, way: Order) -> Sample:
+        await self._drive(way)
         driver_pid = await self._server.driver_pid()
         await asyncio.sleep(_SETTLE_S + random.uniform(0.0, _PHASE_S))
         if not self._watch.moves():
@@ -183,7 +191,7 @@ class Proof:
             case "cut":
                 self._watch.mend()
 
-    async def _drive(self) -> None:
+    async def _drive(self, way: Order) -> None:
         """Get the robot moving, whatever state the last fault left; raises `StartError`."""
         end_s = time.monotonic() + _RECOVER_S
         while time.monotonic() < end_s:
@@ -191,7 +199,7 @@ class Proof:
                 self._operator.send("neutral")
                 await asyncio.sleep(_NEUTRAL_S)
                 self._watch.forget()
-                self._operator.send("drive")
+                self._operator.send(way)
                 if await self._moves_within(_PRESS_S):
                     return
             await asyncio.sleep(_NEUTRAL_S)

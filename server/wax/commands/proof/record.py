@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from wax.commands.proof.verdict import Finding, Findings, StopSpread
     from wax.commands.proof.watch import Sees
+    from wax.config.robot import RobotSettings
     from wax.config.settings import Settings
 
 _STYLE: Final = """
@@ -83,7 +84,7 @@ def page(findings: Findings, settings: Settings, heading: RecordHeading) -> str:
 <p class="verdict {verdict}">{escape(str(sentence(findings)))}</p>
 {_table(findings)}
 <h2>How it was measured</h2>
-<p>{escape(_method(findings))}</p>
+<p>{escape(_method(findings, settings.robot))}</p>
 {_not_proved(findings)}<h2>Not measured</h2>
 {_list(_NOT_MEASURED)}
 <h2>The robot's configuration</h2>
@@ -178,9 +179,10 @@ def _standing_cells(findings: Findings, finding: Finding) -> list[str]:
     return [_number(standing.median_ms), _max(standing), _number(limit_ms), braking]
 
 
-def _method(findings: Findings) -> str:
+def _method(findings: Findings, robot: RobotSettings) -> str:
+    ways = "forward and sideways in turn" if robot.lateral_mps > 0 else "forward"
     method = (
-        "Wheels off the floor, the robot was driven forward at slow speed by an operator on"
+        f"Wheels off the floor, the robot was driven {ways} at slow speed by an operator on"
         " this machine, and each link was cut n times, at random moments."
         f" {_MEASURED[findings.sees]} after which no motion was requested"
     )
@@ -205,11 +207,12 @@ def _not_proved(findings: Findings) -> str:
 def _configuration(findings: Findings, settings: Settings) -> list[str]:
     robot, drive = settings.robot, settings.drive
     serial = robot.serial
+    sideways = f", {robot.lateral_mps:g} m/s sideways" if robot.lateral_mps else ""
     line = f"Serial line {serial.url}, {serial.baud} bit/s, dialect {serial.dialect}"
     lines = [
         line if findings.sees == "line" else f"Driver {robot.driver}",
-        f"At most {robot.max_linear_mps:g} m/s and {robot.max_angular_rps:g} rad/s, accelerating at"
-        f" no more than {robot.max_linear_acceleration_mps2:g} m/s² and"
+        f"At most {robot.max_linear_mps:g} m/s{sideways} and {robot.max_angular_rps:g} rad/s,"
+        f" accelerating at no more than {robot.max_linear_acceleration_mps2:g} m/s² and"
         f" {robot.max_angular_acceleration_rps2:g} rad/s²; slow speed is {drive.slow_fraction:g}"
         " of that",
         f"A command counts for {drive.max_age_ms:g} ms plus the link's own delay, at most"
