@@ -25,7 +25,7 @@ from wax.control.safe_driver import NOT_CONNECTED
 from wax.control.stop_latch import LatchedStop
 from wax.control.turns import PlaceLost, TurnEnded, TurnRenewed, TurnStarted
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import STANDSTILL, Aboard, RobotState, Twist
+from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
@@ -125,6 +125,24 @@ def test_a_driver_is_told_when_the_command_ends() -> None:
     bench.loop.press_stop(says("Bob"))
     bench.step()
     assert driver.end_s == math.inf
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0), (0.0, -1.0), (1.0, 1.0)])
+def test_a_key_reaches_the_driver_before_the_next_tick(way: tuple[float, float]) -> None:
+    """A new direction is sent as its command arrives: ahead, sideways and in between alike."""
+    bench = Bench(limits=Limits(0.5, 1.0, lateral_mps=0.5))
+    bench.enter(A)
+    bench.step()
+    bench.offer()
+    bench.step()
+    bench.clock.time_s += 0.02
+    ahead, left = way
+    command = replace(bench.command(), linear=ahead, lateral=left, held=True)
+    assert bench.loop.handle_command(A, command) is None
+    ((_, told, _),) = [call for call in bench.driver.take() if call[0] == "apply"]
+    assert isinstance(told, Twist)
+    share = 0.5 / math.hypot(*way)
+    assert (told.linear_mps, told.lateral_mps) == pytest.approx((ahead * share, left * share))
 
 
 def test_a_chair_is_told_whether_somebody_may_drive() -> None:
