@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from typing import TYPE_CHECKING
 
 import pytest
@@ -39,6 +40,14 @@ async def test_a_command_is_what_the_hands_hold(operator: Operator) -> None:
     other = parse_drive(operator.row(7, linear=-1.0, turn=3))
     assert isinstance(other, Drive)
     assert (other.seq, other.turn, other.linear, other.angular) == (7, 3, -1.0, -0.25)
+    assert len(json.loads(operator.row(8))) == 11  # as before anything moved sideways
+    operator.steer(0.5, -0.25, 0.75)
+    for row, lateral in ((operator.row(9), 0.75), (operator.row(10, lateral=-1.0), -1.0)):
+        aside = parse_drive(row)
+        assert isinstance(aside, Drive)
+        assert (aside.linear, aside.angular, aside.lateral) == (0.5, -0.25, lateral)
+    operator.let_go()
+    assert len(json.loads(operator.row(11))) == 11
 
 
 async def test_an_offer_is_a_browsers(operator: Operator) -> None:

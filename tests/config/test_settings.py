@@ -461,6 +461,24 @@ def test_a_speed_byte_can_be_left_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "lateral_mps"),
+    [
+        ("", 0.0),
+        ("base = 'mecanum'", 0.4),
+        ("base = 'omni'", 0.4),
+        ("base = 'omni'\nmax_lateral_mps = 0", 0.0),
+        ("max_lateral_mps = 0.3", 0.3),
+        ("base = 'mecanum'\nmax_lateral_mps = 0.2", 0.2),
+    ],
+)
+def test_how_fast_a_base_moves_sideways(text: str, lateral_mps: float, tmp_path: Path) -> None:
+    """By itself a base is as fast sideways as ahead, or cannot; a number is taken as it is."""
+    file = tmp_path / "robot.toml"
+    file.write_text(f"[robot]\nmax_linear_mps = 0.4\n{text}\n", encoding="utf-8")
+    assert config.load(file).robot.lateral_mps == lateral_mps
+
+
+@pytest.mark.parametrize(
     ("make", "sentence"),
     [
         (lambda file: file.unlink(missing_ok=True), "cannot be read: No such file or directory"),

@@ -18,11 +18,11 @@ RULES: Final = replace(
         RobotSettings(
             max_linear_acceleration_mps2=1.0, max_angular_acceleration_rps2=4.0, wheel_base_m=0.5
         ),
-        Limits(linear_mps=0.8, angular_rps=2.0, axes=("pan",)),
+        Limits(linear_mps=0.8, angular_rps=2.0, axes=("pan",), lateral_mps=0.4),
     ),
     silence_s=0.0,
 )
-"""A robot that stops in time from any speed, braked at once."""
+"""A robot that stops in time from any speed, braked at once; half as fast sideways as ahead."""
 
 VOUCHED: Final = PictureClock(since_s=-math.inf)
 """A clock that knows every picture's capture time exactly."""

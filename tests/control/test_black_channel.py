@@ -49,6 +49,7 @@ ADA, BOB, STRANGER = 1, 2, 3
 KEYS: Final = {one: AESGCM(bytes([one] * 16)) for one in (ADA, BOB, STRANGER)}
 CHANNEL: Final = {"drive": "drive", "stop": "state", "release": "state"}
 _TICKS: Final = 32
+_RELEASED: Final = (0.0, 0.0, 0.0)
 ROUNDING_S: Final = 1e-4
 """Timestamps have a resolution of 0.1 ms on the wire."""
 
@@ -61,7 +62,7 @@ class Sent:
     sender: int
     sent_s: float
     turn: int = 0
-    input: tuple[float, float] = (0.0, 0.0)
+    input: tuple[float, float, float] = _RELEASED
     held: bool = False
     pan: float | None = None
     stop: int = 0
@@ -85,8 +86,10 @@ def text_of(sent: Sent, seq: int) -> str:
     if sent.kind == "drive":
         axes = {} if sent.pan is None else {"pan": sent.pan}
         seen_ms = now_ms - 50.0
-        hands = [*sent.input, sent.held, "fast"]
-        return json.dumps(["drive", seq, sent.turn, now_ms, *hands, seen_ms, axes, sent.beat])
+        linear, angular, lateral = sent.input
+        hands = [linear, angular, sent.held, "fast"]
+        row = ["drive", seq, sent.turn, now_ms, *hands, seen_ms, axes, sent.beat]
+        return json.dumps([*row, lateral] if lateral else row)
     if sent.kind == "stop":
         return '{"type":"stop"}'
     release = {"type": "release", "stop": sent.stop, "sent_server_ms": now_ms}
@@ -226,12 +229,13 @@ def _broken(sent: Sent, text: str) -> list[str]:
         named = [{**good, "now": 1}, {**good, "stop": str(sent.stop)}, {**good, "stop": -1}]
         return [text[:-1], text.replace(stamp, "NaN"), *map(json.dumps, named)]
     rows = [
-        [*good, 0],
+        [*good[:11], 0, 0],
+        [*good[:11], 1.5],
         [*good[:4], 1.5, *good[5:]],
         [*good[:4], "1", *good[5:]],
         [*good[:6], 1, *good[7:]],
-        [*good[:-2], {"pan": 2.0}, good[-1]],
-        [*good[:-1], 7],
+        [*good[:9], {"pan": 2.0}, *good[10:]],
+        [*good[:10], 7, *good[11:]],
     ]
     return [text[:-1], text.replace(stamp, "Infinity"), *map(json.dumps, rows)]
 
@@ -344,7 +348,7 @@ class Oracle:
         newest = max(since, key=lambda s: s.sent_s, default=None)
         if newest is None or now_s - newest.sent_s > self.ttl_s + ROUNDING_S:
             return None
-        let_go = any(s.input == (0.0, 0.0) and not s.held for s in since)
+        let_go = any(s.input == _RELEASED and not s.held for s in since)
         return newest if let_go else None
 
 
@@ -362,7 +366,7 @@ class Trace:
         self.oracle = Oracle(self.operator, self.number, self.now_s, 0.15 + self.channel.delay_s)
         self.seqs: Counter[int] = Counter()
         self.believed_turn = self.number
-        self.input: tuple[float, float] = (0.0, 0.0)
+        self.input: tuple[float, float, float] = _RELEASED
         self.held = False
         self.pan: float | None = None
         self.beats: dict[int, list[tuple[float, str]]] = {ADA: [], BOB: []}
@@ -439,8 +443,9 @@ class Trace:
             self.believed_turn = self.number  # the news of a hand-over take their time
         if rng.random() < 0.2:
             self.held = rng.random() < 0.65
-            shares = (round(rng.uniform(-1, 1), 3), round(rng.uniform(-1, 1), 3))
-            self.input = shares if self.held else (0.0, 0.0)
+            linear, angular, lateral = (round(rng.uniform(-1, 1), 3) for _ in range(3))
+            shares = (linear, angular, rng.choice([0.0, lateral]))
+            self.input = shares if self.held else _RELEASED
             self.pan = rng.choice([None, round(rng.uniform(-1, 1), 2)])
             if rng.random() < 0.05:
                 self.held = not self.held  # a page in disorder
@@ -455,12 +460,18 @@ def judged(setpoint: Setpoint, rightful: Sent | None, tally: Tally) -> str | Non
     limits = RULES.limits
     twist, axes = STANDSTILL, {}
     if rightful.held:
-        linear, angular = rightful.input
-        twist = Twist(linear * limits.linear_mps, angular * limits.angular_rps)
+        linear, angular, lateral = rightful.input
+        over = max(1.0, abs(complex(linear, lateral)))
+        twist = Twist(
+            linear / over * limits.linear_mps,
+            angular * limits.angular_rps,
+            lateral / over * limits.lateral_mps,
+        )
         axes = {} if rightful.pan is None else {"pan": rightful.pan}
     if (setpoint.twist, dict(setpoint.axes)) != (twist, axes):
         return f"another motion than was asked for: {setpoint} instead of {rightful}"
     tally.happened["moved"] += setpoint.twist != STANDSTILL
+    tally.happened["sideways"] += setpoint.twist.lateral_mps != 0.0
     tally.happened["panned"] += bool(setpoint.axes)
     return None
 
@@ -471,7 +482,7 @@ def test_nothing_wrong_is_ever_executed() -> None:
     tally = run(CELLS, Trace, 2000, seed=5)
     traces = tally.traces
     # The test is not vacuous: each refusal occurred, and the robot was driven.
-    for what in ("moved", "panned", "accepted", "stopped", "released", "not authentic"):
+    for what in ("moved", "sideways", "panned", "accepted", "stopped", "released", "not authentic"):
         assert tally.happened[what] >= traces // 4, what
     for what in ("NOT_YOUR_TURN", "OTHER_TURN", "OUT_OF_ORDER", "OTHER_STOP", "NOT_YOUR_STOP"):
         assert tally.happened[what] >= traces // 20, what

@@ -140,6 +140,7 @@ REFUSED = {
     "an overtaken command": (Refusal.OUT_OF_ORDER, {}, {"seq": 10}),
     "NaN": (Refusal.OUT_OF_RANGE, {}, {"linear": math.nan}),
     "infinity": (Refusal.OUT_OF_RANGE, {}, {"angular": -math.inf}),
+    "no number sideways": (Refusal.OUT_OF_RANGE, {}, {"lateral": math.nan}),
     "more than all": (Refusal.OUT_OF_RANGE, {}, {"linear": 1.001}),
     "less than nothing": (Refusal.OUT_OF_RANGE, {}, {"angular": -1.001}),
     "an axis out of range": (Refusal.OUT_OF_RANGE, {}, {"axes": {"pan": math.nan}}),
@@ -294,6 +295,7 @@ def test_no_axis_moves_that_is_not_held(linear: float) -> None:
         {"held": True, "axes": {"pan": 0.5}},
         {"linear": 0.1},
         {"angular": 0.1},
+        {"lateral": -0.1},
         {"linear": -0.1, "held": True},
     ],
 )
@@ -488,7 +490,7 @@ def test_who_lets_go_is_heard_anew_at_each_beat() -> None:
 
 
 @pytest.mark.parametrize("wrong", [math.nan, math.inf, -1.0])
-@pytest.mark.parametrize("part", ["linear_mps", "angular_rps"])
+@pytest.mark.parametrize("part", ["linear_mps", "angular_rps", "lateral_mps"])
 def test_limits_that_are_no_numbers(wrong: float, part: str) -> None:
     """A robot whose driver reports invalid limits stands, and the operator is told why."""
     limits = replace(Limits(linear_mps=0.8, angular_rps=2.0), **{part: wrong})  # type: ignore[arg-type]  # a table

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.control.rules import RULES, VOUCHED
+from tests.control.velocity import fraction, gained, velocity
 from tests.examples import examples
 
 from wax.control import gate, ramp, stop_latch
@@ -30,6 +31,7 @@ any_share = st.one_of(
     st.floats(-1, 1),
     st.floats(allow_nan=True, allow_infinity=True),
 )
+full = st.sampled_from([0.0, 1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Word:
     seq_back: int = 0  # how far the sequence number lies behind the highest sent
     delay_s: float = 0.0
     heard_s: float = 0.0  # how long before it arrived the newest beat was sent that it names
-    hands: tuple[float, float, bool] = (0.0, 0.0, False)
+    hands: tuple[float, float, float, bool] = (0.0, 0.0, 0.0, False)
     speed: str = "fast"
     picture_s: float | None = 0.0  # how old what is seen was when the command was sent
     axes: dict[str, float] = field(default_factory=dict)
@@ -64,9 +66,10 @@ words = st.builds(
     delay_s=st.one_of(st.just(0.0), st.just(0.0), st.floats(0.0, 0.2), st.floats(-0.3, 0.5)),
     heard_s=st.one_of(st.just(0.0), st.floats(0.0, 1.0), st.just(math.inf)),
     hands=st.one_of(
-        st.just((0.0, 0.0, False)),
-        st.tuples(st.floats(-1, 1), st.sampled_from([0.0, 1.0, -1.0]), st.just(True)),
-        st.tuples(any_share, any_share, st.booleans()),
+        st.just((0.0, 0.0, 0.0, False)),
+        st.tuples(st.floats(-1, 1), full, full, st.just(True)),
+        st.tuples(st.just(0.0), st.just(0.0), full, st.booleans()),
+        st.tuples(any_share, any_share, any_share, st.booleans()),
     ),
     speed=st.sampled_from(["slow", "fast"]),
     picture_s=st.one_of(st.sampled_from([0.0] * 5 + [0.45, 0.9, None]), st.floats(-0.5, 1.5)),
@@ -105,7 +108,8 @@ class Judge:
         self.hold_s, self.released = now_s, False
 
     def hear(self, viewer: int, command: Command, now_s: float) -> None:
-        numbers = [command.linear, command.angular, *command.axes.values()]
+        hands = [command.linear, command.angular, command.lateral]
+        numbers = [*hands, *command.axes.values()]
         seen_s = command.seen_s
         if seen_s is not None and seen_s - now_s > 0.05 + self.one_way_s:
             seen_s = None
@@ -124,7 +128,7 @@ class Judge:
         if all(rules):
             command = replace(command, sent_s=sent_s, seen_s=seen_s)
             self.taken.append(command)
-            hands_off = command.linear == command.angular == 0 and not command.held
+            hands_off = not any(hands) and not command.held
             if hands_off and command.sent_s >= self.hold_s and not self.released:
                 self.released, self.well_s = True, now_s
 
@@ -161,13 +165,27 @@ class Judge:
 
 def expected(command: Command, sight: str) -> Twist:
     """Return the motion for a command that counts, for a robot that stops in time."""
-    shares = [command.linear, command.angular]
+    shares = [complex(command.linear, command.lateral), complex(command.angular)]
+    if abs(shares[0]) > 1:
+        shares[0] /= abs(shares[0])
     if command.speed == "slow":
         shares = [share * RULES.slow_fraction for share in shares]
     largest = max(map(abs, shares))
     if sight != "clear" and largest > RULES.slow_fraction:
         shares = [share * (RULES.slow_fraction / largest) for share in shares]
-    return Twist(shares[0] * LIMITS.linear_mps, shares[1] * LIMITS.angular_rps)
+    return Twist(
+        shares[0].real * LIMITS.linear_mps,
+        shares[1].real * LIMITS.angular_rps,
+        shares[0].imag * LIMITS.lateral_mps,
+    )
+
+
+def is_same(twist: Twist, other: Twist) -> bool:
+    """Whether two twists are equal but for rounding; a part that is 0 must be 0 in both."""
+    return all(
+        math.isclose(one, two, rel_tol=1e-12, abs_tol=1e-300 if one and two else 0.0)
+        for one, two in zip(astuple(twist), astuple(other), strict=True)
+    )
 
 
 @examples(400)
@@ -196,7 +214,8 @@ def test_motion_only_by_the_rules(
                     sent_s=sent_s,
                     linear=word.hands[0],
                     angular=word.hands[1],
-                    held=word.hands[2],
+                    lateral=word.hands[2],
+                    held=word.hands[3],
                     speed="slow" if word.speed == "slow" else "fast",
                     seen_s=None if word.picture_s is None else sent_s - word.picture_s,
                     axes=word.axes,
@@ -235,19 +254,25 @@ def test_motion_only_by_the_rules(
         elif not allowed.held:
             assert setpoint.twist == STANDSTILL
             assert not setpoint.axes
-            asks = allowed.linear != 0 or allowed.angular != 0
+            asks = any((allowed.linear, allowed.angular, allowed.lateral))
             assert (setpoint.reason is not None) is asks
         else:
             assert setpoint.reason is None
-            assert setpoint.twist == expected(allowed, judge.sight(allowed.seen_s, now_s))
+            motion = expected(allowed, judge.sight(allowed.seen_s, now_s))
+            assert is_same(setpoint.twist, motion)
             assert setpoint.valid_until_s == allowed.sent_s + (0.15 + one_way_s)
             pan = allowed.axes.get("pan")
             assert setpoint.axes == ({} if pan is None else {"pan": pan})
 
 
-@given(linear=any_share, angular=any_share, pan=any_share, sent_s=st.floats(), seen_s=st.floats())
+@given(
+    hands=st.tuples(any_share, any_share, any_share),
+    pan=any_share,
+    sent_s=st.floats(),
+    seen_s=st.floats(),
+)
 def test_no_number_gets_past_the_gate(
-    linear: float, angular: float, pan: float, sent_s: float, seen_s: float
+    hands: tuple[float, float, float], pan: float, sent_s: float, seen_s: float
 ) -> None:
     """NaN, infinity and values out of range are refused, and the robot stands."""
     turn = TurnView(
@@ -257,12 +282,15 @@ def test_no_number_gets_past_the_gate(
     state, _ = gate.accept(
         gate.begin(TURN, 0.0), OPERATOR, neutral, turn=turn, now_s=0.5, rules=RULES
     )
-    wild = Command(2, TURN, sent_s, linear, angular, True, "fast", seen_s, {"pan": pan}, 0.5)
+    linear, angular, lateral = hands
+    wild = Command(
+        2, TURN, sent_s, linear, angular, True, "fast", seen_s, {"pan": pan}, 0.5, lateral
+    )
     state, refusal = gate.accept(state, OPERATOR, wild, turn=turn, now_s=0.5, rules=RULES)
-    sound = all(abs(n) <= 1 for n in (linear, angular, pan)) and math.isfinite(sent_s)
+    sound = all(abs(n) <= 1 for n in (*hands, pan)) and math.isfinite(sent_s)
     assert sound or refusal is not None
     _, setpoint = gate.decide(state, turn, None, 0.5, RULES)
-    assert abs(setpoint.twist.linear_mps) <= LIMITS.linear_mps
+    assert fraction(setpoint.twist, LIMITS) <= 1 + 1e-9
     assert abs(setpoint.twist.angular_rps) <= LIMITS.angular_rps
     sees = math.isfinite(seen_s) and -0.6 <= seen_s <= 0.85
     assert (sound and sees) or setpoint.twist == STANDSTILL
@@ -273,14 +301,17 @@ positive = st.floats(1e-3, 100.0)
 
 
 @given(
-    shares=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),
-    limits=st.builds(Limits, linear_mps=weird, angular_rps=weird),
+    shares=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)),
+    limits=st.builds(Limits, linear_mps=weird, angular_rps=weird, lateral_mps=weird),
     one_way_s=st.one_of(st.none(), st.floats(), st.floats(0, 0.4)),
     distance_m=positive,
     braking_mps2=positive,
 )
+@example((1.0, 0.0, 1.0), Limits(0.8, 2.0, lateral_mps=5e-324), None, 2.0, 2.0)
+@example((1.0, 0.0, 1.0), Limits(0.8, 2.0, lateral_mps=math.nan), None, 2.0, 2.0)
+@example((1.0, 0.0, 1.0), Limits(0.8, 2.0, lateral_mps=math.inf), None, 2.0, 2.0)
 def test_no_number_of_the_robots_own_gets_out(
-    shares: tuple[float, float],
+    shares: tuple[float, float, float],
     limits: Limits,
     one_way_s: float | None,
     distance_m: float,
@@ -290,49 +321,70 @@ def test_no_number_of_the_robots_own_gets_out(
     rules = replace(RULES, limits=limits, max_stop_distance_m=distance_m, braking_mps2=braking_mps2)
     turn = TurnView(TURN, OPERATOR, present=True, one_way_s=one_way_s, sees=True, picture=VOUCHED)
     state = gate.begin(TURN, 0.0)
-    for seq, (linear, angular) in enumerate([(0.0, 0.0), shares]):
-        held = (linear, angular) != (0.0, 0.0)
-        command = Command(seq, TURN, 0.5, linear, angular, held, "fast", seen_s=0.5, heard_s=0.5)
+    for seq, hands in enumerate([(0.0, 0.0, 0.0), shares]):
+        command = commanded(seq, 0.5, hands, 0.5)
         state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=0.5, rules=rules)
     _, setpoint = gate.decide(state, turn, None, 0.5, rules)
     for part, limit in (
         (setpoint.twist.linear_mps, limits.linear_mps),
         (setpoint.twist.angular_rps, limits.angular_rps),
+        (setpoint.twist.lateral_mps, limits.lateral_mps),
     ):
         assert part == 0 or abs(part) <= limit < math.inf
+    assert fraction(setpoint.twist, limits) <= 1 + 1e-9
+
+
+def commanded(seq: int, sent_s: float, hands: tuple[float, float, float], seen_s: float) -> Command:
+    """Return a command at full speed that is held if anything is asked for."""
+    linear, angular, lateral = hands
+    return Command(
+        seq,
+        TURN,
+        sent_s,
+        linear,
+        angular,
+        any(hands),
+        "fast",
+        seen_s=seen_s,
+        heard_s=sent_s,
+        lateral=lateral,
+    )
 
 
 moments = st.tuples(
     st.sampled_from([0.0, 0.005, 0.02, 0.02, 0.04, 0.3]),
-    st.sampled_from([None, (0.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (0.3, 0.1)]),
+    st.one_of(
+        st.none(),
+        st.tuples(full, full, full),
+        st.just((0.3, 0.1, 0.0)),
+        st.just((0.2, 0.0, -0.7)),
+    ),
     st.sampled_from([0.0, 0.0, 0.6, 2.0]),
 )
 
 
 @given(trace=st.lists(moments, min_size=5, max_size=60), soft_braking=st.booleans())
 def test_never_faster_by_more_than_the_acceleration(
-    trace: list[tuple[float, tuple[float, float] | None, float]], soft_braking: bool
+    trace: list[tuple[float, tuple[float, float, float] | None, float]], soft_braking: bool
 ) -> None:
     """Set-points stay within the limits and never accelerate faster than allowed."""
     rules = replace(RULES, soft_braking=soft_braking)
     turn = TurnView(TURN, OPERATOR, present=True, one_way_s=None, sees=True, picture=VOUCHED)
     now_s, told = 1000.0, STANDSTILL
     state = gate.begin(TURN, now_s)
-    for seq, (gap_s, hands, picture_s) in enumerate([(0.02, (0.0, 0.0), 0.0), *trace]):
+    for seq, (gap_s, hands, picture_s) in enumerate([(0.02, (0.0, 0.0, 0.0), 0.0), *trace]):
         now_s += gap_s
         if hands is not None:
-            held = hands != (0.0, 0.0)
-            seen_s = now_s - picture_s
-            command = Command(seq, TURN, now_s, *hands, held, "fast", seen_s, heard_s=now_s)
+            command = commanded(seq, now_s, hands, now_s - picture_s)
             state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=now_s, rules=rules)
         state, setpoint = gate.decide(state, turn, None, now_s, rules)
         before, told = told, ramp.step(setpoint, told, gap_s, rules).twist
-        for was, now, limit, acceleration in (
-            (before.linear_mps, told.linear_mps, LIMITS.linear_mps, rules.acceleration_mps2),
-            (before.angular_rps, told.angular_rps, LIMITS.angular_rps, rules.acceleration_rps2),
+        assert fraction(told, LIMITS) <= 1 + 1e-9
+        assert abs(told.angular_rps) <= LIMITS.angular_rps
+        for was, now, acceleration in (
+            (velocity(before), velocity(told), rules.acceleration_mps2),
+            (before.angular_rps, told.angular_rps, rules.acceleration_rps2),
         ):
-            assert abs(now) <= limit
-            faster_by = abs(now) - (abs(was) if was * now > 0 else 0.0)
-            assert faster_by <= acceleration * min(gap_s, 0.04) + 1e-9
+            assert gained(was, now) <= acceleration * min(gap_s, 0.04) + 1e-9
         if setpoint.reason is not None and not soft_braking:
             assert told == STANDSTILL

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -13,12 +13,12 @@ from wax.config.robot import RobotSettings
 from wax.control import local_hand
 from wax.control.local_hand import HandRules, HandState
 from wax.driver.hand import HandReading
-from wax.driver.interface import STANDSTILL, Aboard, Limits
+from wax.driver.interface import STANDSTILL, Aboard, Limits, Twist
 
 if TYPE_CHECKING:
-    from wax.driver.interface import Ask, HandMode, Twist
+    from wax.driver.interface import Ask, HandMode
 
-LIMITS = Limits(linear_mps=0.8, angular_rps=2.0)
+LIMITS = Limits(linear_mps=0.8, angular_rps=2.0, lateral_mps=0.4)
 RULES = HandRules.of(
     LocalSettings(source="robot", silence_ms=125, pause_s=2.0, dead_zone=0.2, max_fraction=0.5),
     RobotSettings(),
@@ -38,10 +38,10 @@ class Person:
         self.state = HandState()
         self.is_operator_heard = True
 
-    def does(self, stick: tuple[float, float] = REST, **buttons: Any) -> HandMode:
+    def does(self, stick: tuple[float, float] = REST, **more: Any) -> HandMode:
         """Send one reading, and return the resulting mode."""
         self.now_s += 0.02
-        reading = HandReading(self.now_s, *stick, **buttons)
+        reading = HandReading(self.now_s, *stick, **more)
         self.state = local_hand.accept(
             self.state,
             reading,
@@ -73,7 +73,7 @@ class Person:
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """Their set-point, rounded to what anybody could feel."""
+        """Their speeds ahead and turning, rounded to what anybody could feel."""
         return round(self.twist.linear_mps, 6), round(self.twist.angular_rps, 6)
 
     @property
@@ -112,6 +112,7 @@ def test_a_touch_takes_over_at_once(stick: tuple[float, float]) -> None:
     assert person.does(stick) == "hand"
     assert person.share == 0.0
     assert not person.twist.is_zero
+    assert sitting().does(lateral=sum(stick)) == "hand"
 
 
 def test_a_hand_that_is_felt_takes_over_too() -> None:
@@ -124,11 +125,14 @@ def test_a_hand_that_is_felt_takes_over_too() -> None:
 def test_within_the_dead_zone_nothing_is_touched() -> None:
     """A stick that does not quite return to its middle leaves the operator alone."""
     person = sitting()
-    assert person.does((0.2, -0.2)) == "free"
+    assert person.does((0.2, -0.2), lateral=-0.2) == "free"
 
 
 def test_the_set_point_grows_from_the_dead_zone_to_the_persons_most() -> None:
-    """The dead zone's edge is standstill, full deflection the person's fraction of the speed."""
+    """The dead zone's edge is standstill, full deflection the person's fraction of the speed.
+
+    A diagonal is no faster.
+    """
     person = sitting()
     person.does((0.6, 0.0))
     assert person.speeds == (0.2, 0.0)
@@ -136,6 +140,11 @@ def test_the_set_point_grows_from_the_dead_zone_to_the_persons_most() -> None:
     assert person.speeds == (-0.4, 0.0)
     person.does((0.0, 1.0))
     assert person.speeds == (0.0, 1.0)
+    person.does(lateral=-0.6)
+    assert astuple(person.twist) == pytest.approx((0.0, 0.0, -0.1))
+    person.does((1.0, 0.0), lateral=1.0)
+    assert person.speeds == (round(0.4 / math.sqrt(2), 6), 0.0)
+    assert person.twist.lateral_mps == pytest.approx(0.2 / math.sqrt(2))
 
 
 def test_letting_go_gives_back_after_a_pause() -> None:
@@ -237,6 +246,7 @@ def test_a_number_out_of_range_is_a_lost_control(number: float) -> None:
     for stick in ((number, 0.0), (0.0, number)):
         person = sitting()
         assert person.does(stick) == "lost"
+    assert sitting().does(lateral=number) == "lost"
 
 
 @pytest.mark.parametrize("age_s", [0.125, 0.2, -0.001])
@@ -323,7 +333,7 @@ def test_sharing_passes_as_much_as_the_stick_is_ahead() -> None:
         assert person.does(stick) == "free"
         assert person.share == pytest.approx(share)
         assert person.twist == STANDSTILL
-    assert person.does() == "free"
+    assert person.does(lateral=1.0) == "free"
     assert person.share == 0.0
 
 

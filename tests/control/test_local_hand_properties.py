@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.control.velocity import fraction
 from tests.examples import examples
 
 from wax.config.local import LocalSettings
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     from wax.driver.interface import Ask
 
-LIMITS = Limits(linear_mps=0.8, angular_rps=2.0)
+LIMITS = Limits(linear_mps=0.8, angular_rps=2.0, lateral_mps=0.4)
 DRIVES = HandRules.of(
     LocalSettings(source="robot", silence_ms=125, pause_s=0.5, dead_zone=0.2, max_fraction=0.5),
     RobotSettings(),
@@ -45,6 +46,7 @@ class Word:
     gap_s: float = 0.02
     late_s: float = 0.0
     angular: float = 0.0
+    lateral: float = 0.0
     is_held: bool = False
     stop: bool = False
 
@@ -58,8 +60,8 @@ def each(**choices: list[Any]) -> st.SearchStrategy[dict[str, Any]]:
 shares = st.sampled_from([0.0] * 8 + [0.2, 0.21, 1.0, -1.0, 1.01, math.nan])
 sticks = st.one_of(shares, st.floats(-1.0, 1.0))
 words = st.builds(
-    lambda when, how, who, linear, angular: Word(
-        **when, **how, **who, linear=linear, angular=angular
+    lambda when, how, who, linear, angular, lateral: Word(
+        **when, **how, **who, linear=linear, angular=angular, lateral=lateral
     ),
     each(
         what=["say"] * 12 + ["wait", "lose", "disarm"],
@@ -72,6 +74,7 @@ words = st.builds(
         stop=[False] * 9 + [True],
     ),
     each(ask=[None, None, None, "go_on", "go_on", "left"], is_operator_heard=[True, True, False]),
+    sticks,
     sticks,
     sticks,
 )
@@ -143,11 +146,18 @@ class Judge:
         """Whether the person's stick asks for this twist, within their speed."""
         assert self.newest is not None
         most = self.rules.max_fraction
-        return local_hand.touches(self.newest, self.rules) and all(
-            part * stick >= 0.0 and abs(part) <= abs(stick) * fast * most
-            for part, stick, fast in (
-                (twist.linear_mps, self.newest.linear, LIMITS.linear_mps),
-                (twist.angular_rps, self.newest.angular, LIMITS.angular_rps),
+        is_touched = local_hand.touches(self.newest, self.rules)
+        is_in_their_limit = fraction(twist, LIMITS) <= most * (1 + 1e-9)
+        return (
+            is_touched
+            and is_in_their_limit
+            and all(
+                part * stick >= 0.0 and abs(part) <= abs(stick) * fast * most
+                for part, stick, fast in (
+                    (twist.linear_mps, self.newest.linear, LIMITS.linear_mps),
+                    (twist.angular_rps, self.newest.angular, LIMITS.angular_rps),
+                    (twist.lateral_mps, self.newest.lateral, LIMITS.lateral_mps),
+                )
             )
         )
 
@@ -170,6 +180,7 @@ def play(
                         word.is_held,
                         word.stop,
                         word.ask,
+                        word.lateral,
                     )
                     heard = word.is_operator_heard
                     state = local_hand.accept(state, reading, now_s, rules, is_operator_heard=heard)

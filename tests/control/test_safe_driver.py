@@ -74,9 +74,10 @@ def test_letting_go_is_a_set_point_of_standstill(
     safe_driver: SafeDriver, robot: FakeDriver
 ) -> None:
     """Motion that the operator ends needs no stop, just standstill."""
-    safe_driver.steer(Setpoint(AHEAD), 1)
-    safe_driver.steer(Setpoint(), 1)
-    assert robot.take() == [("apply", AHEAD, 1), ("apply", STANDSTILL, 1)]
+    for twist in (AHEAD, Twist(lateral_mps=-0.1), STANDSTILL):
+        safe_driver.steer(Setpoint(twist), 1)
+        assert safe_driver.is_moving is (twist is not STANDSTILL)
+        assert robot.take() == [("apply", twist, 1)]
 
 
 def test_motion_that_ends_with_a_reason_ends_with_a_stop(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import astuple, replace
 from typing import Literal
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.control.rules import RULES
+from tests.control.velocity import velocity
 
 from wax.control import speed
 from wax.control.command import Command
@@ -28,14 +30,15 @@ def test_nothing_against_it() -> None:
 
 def test_what_is_left_of_the_speed() -> None:
     """The limits leave a share of what is asked for, whichever way it goes and at slow speed."""
-    for command in (FULL, replace(FULL, speed="slow"), replace(FULL, linear=0.0)):
+    sideways = replace(FULL, linear=0.0, angular=0.0, lateral=-1.0)
+    for command in (FULL, replace(FULL, speed="slow"), replace(FULL, linear=0.0), sideways):
         asked, _ = speed.twist(command, VideoFreshness.CLEAR, TTL_S, RULES)
         assert speed.share(command, asked, RULES) == pytest.approx(1.0)
     late, _ = speed.twist(FULL, VideoFreshness.LATE, TTL_S, RULES)
     assert speed.share(FULL, late, RULES) == pytest.approx(RULES.slow_fraction)
-    turning = replace(FULL, linear=0.0, angular=-1.0)
-    late, _ = speed.twist(turning, VideoFreshness.LATE, TTL_S, RULES)
-    assert speed.share(turning, late, RULES) == pytest.approx(RULES.slow_fraction)
+    for command in (replace(FULL, linear=0.0, angular=-1.0), sideways):
+        late, _ = speed.twist(command, VideoFreshness.LATE, TTL_S, RULES)
+        assert speed.share(command, late, RULES) == pytest.approx(RULES.slow_fraction)
     assert speed.share(FULL, STANDSTILL, RULES) == 0.0
 
 
@@ -46,26 +49,63 @@ def test_nothing_is_left_out_of_nothing(command: Command | None) -> None:
 
 
 @given(
-    linear=st.floats(-1, 1),
-    angular=st.floats(-1, 1),
+    hands=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)),
     pace=st.sampled_from(["slow", "fast"]),
-    most=st.tuples(st.sampled_from([0.0, 0.8]), st.sampled_from([0.0, 1.0])),
+    limits=st.builds(
+        Limits,
+        st.sampled_from([0.0, 0.8]),
+        st.sampled_from([0.0, 1.0]),
+        lateral_mps=st.sampled_from([0.0, 0.8, 0.3]),
+    ),
     freshness=st.sampled_from(VideoFreshness),
 )
-@example(linear=5e-324, angular=1.0, pace="slow", most=(0.8, 1.0), freshness=VideoFreshness.LATE)
-@example(linear=1.0, angular=0.0, pace="fast", most=(0.0, 1.0), freshness=VideoFreshness.LATE)
+@example((5e-324, 1.0, 0.0), "slow", Limits(0.8, 1.0), VideoFreshness.LATE)
+@example((1.0, 0.0, 0.0), "fast", Limits(0.0, 1.0), VideoFreshness.LATE)
+@example((1.0, 0.0, 5e-324), "slow", Limits(0.0, 1.0, lateral_mps=0.3), VideoFreshness.LATE)
 def test_what_is_left_is_a_share(
-    linear: float,
-    angular: float,
+    hands: tuple[float, float, float],
     pace: Literal["slow", "fast"],
-    most: tuple[float, float],
+    limits: Limits,
     freshness: VideoFreshness,
 ) -> None:
     """The share is from 0 to 1 for any command and robot, even if a part is 0."""
-    command = replace(FULL, linear=linear, angular=angular, speed=pace)
-    rules = replace(RULES, limits=Limits(*most))
+    linear, angular, lateral = hands
+    command = replace(FULL, linear=linear, angular=angular, lateral=lateral, speed=pace)
+    rules = replace(RULES, limits=limits)
     lowered, _ = speed.twist(command, freshness, TTL_S, rules, 0.5)
     assert 0.0 <= speed.share(command, lowered, rules) <= 1.0
+
+
+@given(linear=st.floats(-1, 1), lateral=st.floats(-1, 1), pace=st.sampled_from(["slow", "fast"]))
+@example(linear=1.0, lateral=-1.0, pace="fast")
+@example(linear=1.0, lateral=0.61, pace="fast")
+@example(linear=1.0, lateral=0.61, pace="slow")
+def test_a_diagonal_is_no_faster_than_straight_ahead(
+    linear: float, lateral: float, pace: Literal["slow", "fast"]
+) -> None:
+    """Ahead and sideways at once are limited by their length, which counts as no limit lowered."""
+    rules = replace(RULES, limits=Limits(0.8, 2.0, lateral_mps=0.8))
+    command = replace(FULL, linear=linear, lateral=lateral, speed=pace)
+    own = RULES.slow_fraction if pace == "slow" else 1.0
+    for sight in (VideoFreshness.CLEAR, VideoFreshness.LATE)[: 1 + (pace == "slow")]:
+        twist, why = speed.twist(command, sight, TTL_S, rules, own)
+        asked = complex(linear, lateral)
+        assert twist.speed_mps == pytest.approx(0.8 * own * min(1.0, abs(asked)), rel=1e-9)
+        assert velocity(twist) * abs(asked) == pytest.approx(asked * twist.speed_mps, rel=1e-9)
+        assert why is None
+
+
+def test_the_limit_sideways_is_the_robots_own() -> None:
+    """Sideways it is as fast as its limit there; a base that cannot ignores what is asked of it."""
+    diagonal = replace(FULL, lateral=1.0)
+    twist, why = speed.twist(diagonal, VideoFreshness.CLEAR, TTL_S, RULES)
+    assert astuple(twist) == pytest.approx((-0.8 / math.sqrt(2), 1.0, 0.4 / math.sqrt(2)))
+    assert why is None
+    rules = replace(RULES, limits=replace(RULES.limits, lateral_mps=0.0))
+    for most in (1.0, 0.25):
+        wheeled = speed.twist(diagonal, VideoFreshness.CLEAR, TTL_S, rules, most)
+        assert wheeled == speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, rules, most)
+        assert speed.share(diagonal, wheeled[0], rules) == pytest.approx(most)
 
 
 def test_fine() -> None:
@@ -115,8 +155,15 @@ def test_who_is_slow_already_is_let_be(
 
 
 def test_stopping_distance_keeps_the_curve() -> None:
-    """The speed from which the robot can stop scales both parts alike."""
+    """The speed from which the robot can stop counts in its direction, and scales all alike."""
     rules = replace(RULES, max_stop_distance_m=0.1)
+    diagonal = replace(FULL, linear=0.6, lateral=0.8)
+    twist, why = speed.twist(diagonal, VideoFreshness.CLEAR, TTL_S, rules)
+    assert twist.speed_mps == pytest.approx(fastest_mps(TTL_S, rules))
+    assert astuple(twist) == pytest.approx(
+        astuple(Twist(0.48, 1.0, 0.32).scaled(twist.linear_mps / 0.48))
+    )
+    assert why is Limit.STOPPING_DISTANCE
     twist, why = speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, rules)
     assert twist.linear_mps == pytest.approx(-fastest_mps(TTL_S, rules))
     assert twist.angular_rps / twist.linear_mps == pytest.approx(1.0 / -0.8)

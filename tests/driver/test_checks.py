@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.control.velocity import fraction
 
-from wax.driver.checks import TurnFence, checked, unit, within
+from wax.driver.checks import TurnFence, checked, share_of, unit, within
 from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
 
-LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
+LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, lateral_mps=0.3)
 
 
 def test_only_the_highest_turn_is_admitted() -> None:
@@ -24,23 +25,33 @@ def test_only_the_highest_turn_is_admitted() -> None:
     ]  # fmt: skip
 
 
-@given(st.floats(), st.floats())
-def test_no_number_passes_the_limits(linear: float, angular: float) -> None:
-    """For any input, NaN and infinity included, the result is within the limits."""
-    safe = within(Twist(linear, angular), LIMITS)
+@given(st.builds(Twist, st.floats(), st.floats(), st.floats()))
+def test_no_number_passes_the_limits(told: Twist) -> None:
+    """For any input, NaN and infinity included, the result is within the limits in any direction.
+
+    It uses no greater share of them than `share_of` says.
+    """
+    safe = within(told, LIMITS)
     assert abs(safe.linear_mps) <= LIMITS.linear_mps
+    assert abs(safe.lateral_mps) <= LIMITS.lateral_mps
     assert abs(safe.angular_rps) <= LIMITS.angular_rps
-    if not (math.isfinite(linear) and math.isfinite(angular)):
+    assert fraction(safe, LIMITS) <= 1.0 + 1e-9
+    assert share_of(LIMITS, safe) <= 1.0 + 1e-9
+    if not all(map(math.isfinite, astuple(told))):
         assert safe == STANDSTILL
 
 
-@given(st.floats(-50, 50), st.floats(-50, 50))
-def test_a_curve_stays_the_same_curve(linear: float, angular: float) -> None:
-    """Speed and turning are scaled by one factor, and not at all within the limits."""
-    safe = within(Twist(linear, angular), LIMITS)
-    assert safe.linear_mps * angular == pytest.approx(safe.angular_rps * linear, abs=1e-9)
-    if abs(linear) <= 0.6 and abs(angular) <= 1.5:
-        assert safe == Twist(linear, angular)
+parts = st.floats(-50, 50)
+
+
+@given(st.builds(Twist, parts, parts, st.one_of(st.just(0.0), parts)))
+def test_a_curve_stays_the_same_curve(told: Twist) -> None:
+    """All three speeds are scaled by one factor, and not at all within the limits."""
+    safe, share = within(told, LIMITS), max(fraction(told, LIMITS), abs(told.angular_rps) / 1.5)
+    assert share_of(LIMITS, told) == pytest.approx(share)
+    assert astuple(safe) == pytest.approx(astuple(told.scaled(1 / max(1.0, share))))
+    if share < 1.0:
+        assert safe == told
 
 
 def test_a_limit_of_zero_takes_its_part_away() -> None:
@@ -48,6 +59,7 @@ def test_a_limit_of_zero_takes_its_part_away() -> None:
     straight = Limits(linear_mps=0.6, angular_rps=0.0)
     assert within(Twist(0.5, 1.0), straight) == Twist(0.5, 0.0)
     assert within(Twist(1.0, 0.5), Limits(linear_mps=0.0, angular_rps=1.5)) == Twist(0.0, 0.5)
+    assert within(Twist(0.6, 1.5, 9.0), Limits(0.6, 1.5)) == Twist(0.6, 1.5)
 
 
 def test_an_axis_stays_in_its_range() -> None:

@@ -21,6 +21,7 @@ from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import (
     STANDSTILL,
     Aboard,
+    Limits,
     OwnView,
     Twist,
 )
@@ -60,6 +61,7 @@ async def test_a_newcomer_is_greeted_and_gets_the_room(rig: Rig) -> None:
     rig.wait(0.1, ada)
     hello, told = ada.last("hello"), ada.last("room")
     assert hello["robot"]["axes"] == ["pan"]
+    assert "max_lateral_mps" not in hello["robot"]
     assert hello["on_loss"]["silence_ms"] is None  # this driver has no process of its own
     assert hello["on_loss"]["robot_ttl_ms"] is None
     assert [line["id"] for line in told["viewers"]] == [hello["viewer"]]
@@ -100,6 +102,15 @@ async def test_a_newcomer_is_told_how_the_camera_sees_the_floor() -> None:
     robot = eve.last("hello")["robot"]
     assert robot["camera"] == {"height_m": 0.3, "tilt_deg": 12.5, "fov_deg": 70.0, "axis_row": 0.5}
     assert robot["width_m"] == 0.25
+
+
+async def test_a_newcomer_is_told_of_a_robot_that_moves_sideways(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The greeting says how fast it does, and only then the key is there at all."""
+    monkeypatch.setattr(Robot, "limits", Limits(1.0, 2.0, ("pan",), lateral_mps=0.5))
+    ada = await Rig({}).enter("ada-1111")
+    assert ada.last("hello")["robot"]["max_lateral_mps"] == 0.5
 
 
 async def test_a_robots_own_view_is_not_sent_for_a_turned_picture(

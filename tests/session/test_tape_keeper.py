@@ -110,6 +110,20 @@ def test_a_command_is_written_with_its_age_and_its_fate(rig: Rig) -> None:
     assert (refused["refused"], refused["seen_age_ms"]) == ("not_your_turn", None)
 
 
+def test_sideways_is_written_where_there_is_any(rig: Rig) -> None:
+    """A tape without sideways is as it always was, and reads as one; with it, nothing is lost."""
+    for lateral in (0.0, -0.25):
+        rig.keeper.command_handled(7, command(99.95, lateral=lateral), None, 100.0)
+        rig.steer(Setpoint(Twist(0.5, 0.0, 2 * lateral)), Twist(0.2, 0.0, lateral))
+    straight, aside = rig.writing.of("commanded")
+    assert ("lateral" in straight, aside["lateral"]) == (False, -0.25)
+    straight, aside = rig.writing.of("steered")
+    assert not {"lateral_mps", "wanted_lateral_mps"} & set(straight)
+    assert (aside["lateral_mps"], aside["wanted_lateral_mps"]) == (-0.25, -0.5)
+    for event, _ in rig.writing.events:
+        assert type(event).model_validate_json(event.model_dump_json()) == event
+
+
 def test_a_set_point_is_written_when_it_changes(rig: Rig) -> None:
     """Fifty equal ones in a second are written once, and once more after a second."""
     driven = Setpoint(Twist(0.5, 0.0), limit=Limit.LONG_DELAY.value)

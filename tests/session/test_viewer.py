@@ -32,8 +32,13 @@ def test_a_command_becomes_a_value() -> None:
     assert name == "drive"
     assert (command.seq, command.turn, command.sent_s) == (1, 2, 99.99)
     assert (command.linear, command.angular, command.speed) == (0.5, -1.0, "slow")
+    assert command.lateral == 0.0  # such a page knows no sideways
     assert command.seen_s == 99.9
     assert command.held is True
+    connected.viewer.received("drive", drive_row(linear=0, angular=0, lateral=-0.25))
+    _, command = connected.room.calls[-1]
+    assert (command.linear, command.angular, command.lateral) == (0, 0, -0.25)
+    assert command.asks_for_motion
 
 
 @pytest.mark.parametrize(

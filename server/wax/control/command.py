@@ -29,10 +29,10 @@ class Command:
     """Capture time of the newest picture on screen, as the page claims; None if there is none."""
     axes: Mapping[str, float] = field(default_factory=dict)
     """Positions in -1…1 of the axes being held."""
-    lateral: float = 0.0
-    """A fraction of the limit in -1…1; sideways to the left is positive."""
     heard_s: float = -math.inf
     """When the server sent the newest beat that the page quotes; minus infinity if none."""
+    lateral: float = 0.0
+    """A fraction of the limit in -1…1; sideways to the left is positive."""
 
     @property
     def asks_for_motion(self) -> bool:

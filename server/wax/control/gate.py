@@ -42,6 +42,7 @@ from wax.control.reasons import (
 )
 from wax.control.turn_view import TurnView
 from wax.control.video_freshness import VideoFreshness
+from wax.driver.checks import share_of
 from wax.driver.interface import STANDSTILL, Twist
 
 if TYPE_CHECKING:
@@ -57,6 +58,9 @@ __all__ = ["Command", "GateState", "Hold", "Limit", "Refusal", "Setpoint", "Turn
 LAPSE_S: Final = 1.0
 """A control held through an interruption this short still counts; after a longer one it must be
 released and pressed again."""
+
+_ROUNDING: Final = 1e-9
+"""A vector's length may exceed its limit by this fraction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,8 +280,10 @@ def _let_pass(setpoint: Setpoint, turn: TurnView) -> Setpoint:
 
 def _is_within(twist: Twist, limits: Limits) -> bool:
     """Check the result too: even one of the robot's own limits may be NaN."""
-    return (
-        abs(twist.linear_mps) <= limits.linear_mps < math.inf
-        and abs(twist.angular_rps) <= limits.angular_rps < math.inf
-        and abs(twist.lateral_mps) <= limits.lateral_mps < math.inf
+    parts = (
+        (twist.linear_mps, limits.linear_mps),
+        (twist.angular_rps, limits.angular_rps),
+        (twist.lateral_mps, limits.lateral_mps),
     )
+    are_within = all(abs(part) <= most < math.inf for part, most in parts)
+    return are_within and share_of(limits, twist) <= 1.0 + _ROUNDING

@@ -169,13 +169,12 @@ def twist(state: HandState, rules: HandRules, limits: Limits) -> Twist:
     """Return the person's own set-point, within the limits; standstill if they do not drive."""
     if state.mode != "hand" or state.reading is None:
         return STANDSTILL
-    most = rules.max_fraction
     asked = Twist(
-        _beyond(state.reading.linear, rules) * limits.linear_mps * most,
-        _beyond(state.reading.angular, rules) * limits.angular_rps * most,
-        _beyond(state.reading.lateral, rules) * limits.lateral_mps * most,
+        _beyond(state.reading.linear, rules) * limits.linear_mps,
+        _beyond(state.reading.angular, rules) * limits.angular_rps,
+        _beyond(state.reading.lateral, rules) * limits.lateral_mps,
     )
-    return within(asked, limits)
+    return within(asked, limits).scaled(rules.max_fraction)
 
 
 def share(state: HandState, rules: HandRules) -> float:

@@ -68,8 +68,8 @@ def _vector(
     kept = max(0.0, min(speed, target[0] * way[0] + target[1] * way[1]))
     slowing_s = (speed - kept) / slower
     if slowing_s > after_s:
-        left = max(kept, speed - slower * after_s)
-        return way[0] * left, way[1] * left
+        slowed = max(kept, speed - slower * after_s)
+        return way[0] * slowed, way[1] * slowed
     start = (way[0] * kept, way[1] * kept)
     rest = (target[0] - start[0], target[1] - start[1])
     length = math.hypot(*rest)

@@ -33,8 +33,7 @@ def twist(
     The host allows `max_fraction` of the robot's limits.
     """
     limit = None
-    shares = _shares(command, rules)
-    largest = max(shares.speed_mps, abs(shares.angular_rps))
+    shares, largest = _shares(command, rules)
     if largest > max_fraction:
         shares, limit = shares.scaled(max_fraction / largest), Limit.BY_HOST
         largest = max_fraction
@@ -52,7 +51,7 @@ def share(command: Command | None, lowered: Twist, rules: Rules) -> float:
     """Return the fraction of the commanded speed that is left, 1 where none is commanded."""
     if command is None:
         return 1.0
-    own = _at_most(_shares(command, rules), rules)
+    own = _at_most(_shares(command, rules)[0], rules)
     # All parts are scaled alike; one may be zero, through its limit or through rounding.
     asked, left = max(
         (own.speed_mps, lowered.speed_mps), (abs(own.angular_rps), abs(lowered.angular_rps))
@@ -60,15 +59,18 @@ def share(command: Command | None, lowered: Twist, rules: Rules) -> float:
     return min(1.0, left / asked) if asked > 0 else 1.0
 
 
-def _shares(command: Command, rules: Rules) -> Twist:
-    """Return what a command asks for, as fractions of the limits.
+def _shares(command: Command, rules: Rules) -> tuple[Twist, float]:
+    """Return what a command asks for, as fractions of the limits, and the largest of them.
 
-    Ahead and sideways held at once ask for full speed in between, not for 1.41 times that.
+    Ahead and sideways held at once ask for full speed in between, not for 1.41 times that. The
+    largest is exact: by the length of the rounded vector, full speed may exceed the limit.
     """
     lateral = command.lateral if rules.limits.lateral_mps > 0 else 0.0
-    length = max(1.0, math.hypot(command.linear, lateral))
-    shares = Twist(command.linear / length, command.angular, lateral / length)
-    return shares.scaled(rules.slow_fraction) if command.speed == "slow" else shares
+    own = rules.slow_fraction if command.speed == "slow" else 1.0
+    length = math.hypot(command.linear, lateral)
+    excess = max(1.0, length)
+    shares = Twist(command.linear / excess, command.angular, lateral / excess).scaled(own)
+    return shares, own * max(min(1.0, length), abs(command.angular))
 
 
 def _at_most(shares: Twist, rules: Rules) -> Twist:

@@ -41,23 +41,30 @@ class TurnFence:
 def within(twist: Twist, limits: Limits) -> Twist:
     """Scale `twist` into `limits`, all parts by one factor so that a curve keeps its radius.
 
-    Ahead and sideways count together, as the length of one vector. A number that is not finite
-    gives standstill. A limit of zero removes only its own part.
+    A number that is not finite gives standstill. A limit of zero removes only its own part.
     """
     if not all(map(math.isfinite, (twist.linear_mps, twist.angular_rps, twist.lateral_mps))):
         return STANDSTILL
-    excess = max(
-        1.0,
+    over = max(1.0, share_of(limits, twist))
+    return Twist(
+        linear_mps=_clamp(twist.linear_mps / over, limits.linear_mps),
+        angular_rps=_clamp(twist.angular_rps / over, limits.angular_rps),
+        lateral_mps=_clamp(twist.lateral_mps / over, limits.lateral_mps),
+    )
+
+
+def share_of(limits: Limits, twist: Twist) -> float:
+    """Return which fraction of `limits` a twist uses, above 1 if it exceeds them.
+
+    Ahead and sideways count together, as the length of one vector. A limit of zero counts for
+    nothing.
+    """
+    return max(
         math.hypot(
             _share(twist.linear_mps, limits.linear_mps),
             _share(twist.lateral_mps, limits.lateral_mps),
         ),
         _share(twist.angular_rps, limits.angular_rps),
-    )
-    return Twist(
-        linear_mps=_clamp(twist.linear_mps / excess, limits.linear_mps),
-        angular_rps=_clamp(twist.angular_rps / excess, limits.angular_rps),
-        lateral_mps=_clamp(twist.lateral_mps / excess, limits.lateral_mps),
     )
 
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 from aiohttp import web
 from tests.fuzz.target import Target, at_once
-from tests.session.rig import OFFER, FakePeer, Rig, fake_peers
+from tests.session.rig import OFFER, FakePeer, Rig, Robot, fake_peers
 
 from wax.control.gate import Command
-from wax.driver.interface import Twist
+from wax.driver.interface import Limits, Twist
 from wax.errors import ProtocolError, SignallingError
 from wax.protocol import messages
 from wax.protocol.http_bodies import OfferBody
@@ -41,6 +41,7 @@ def _scene() -> tuple[Rig, FakePeer, FakePeer]:
     """One viewer drives and holds nothing; the other, who is second in the queue, is hostile."""
     with pytest.MonkeyPatch.context() as patch:
         fake_peers(patch, _Peer)
+        patch.setattr(Robot, "limits", Limits(1.0, 2.0, ("pan",), lateral_mps=1.0))
         rig = Rig({"turns": {"turn_s": 600.0}})
         driving, hostile = at_once(rig.enter("ada-1111")), at_once(rig.enter("eve-1111"))
     driving.says(type="join")
@@ -64,6 +65,7 @@ def _understood(channel: Channel, data: bytes) -> bool:
         assert isinstance(command, Command)
         assert -1 <= command.linear <= 1
         assert -1 <= command.angular <= 1
+        assert -1 <= command.lateral <= 1
     return True
 
 
@@ -104,6 +106,7 @@ DRIVE: Final = Target(
     seeds=(
         _row("drive", 1, 1, _NOW_MS, 1.0, 0.0, True, "fast", _NOW_MS, {}, "x7-_2A"),
         _row("drive", 7, 1, _NOW_MS, -0.5, 0.5, True, "slow", None, {"pan": 0.5}, None),
+        _row("drive", 8, 1, _NOW_MS, 0.0, 0.0, True, "fast", _NOW_MS, {}, None, -1.0),
         _row("ping", 3, 12.5, None, None),
         _row("ping", 4, 212.5, 3, 1.5),
         _row("report", [260, 200, None, 0, 1000], [215, 200, 30, 0], 1),

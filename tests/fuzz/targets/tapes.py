@@ -21,7 +21,16 @@ from tests.fuzz.target import Target
 from tests.tape.packets import SIZE, pictures, sounds
 
 from wax.errors import StateError
-from wax.protocol.tape_events import FORMAT, Filmed, Missed, Named, Stopped, TapeContent, Turned
+from wax.protocol.tape_events import (
+    FORMAT,
+    Filmed,
+    Missed,
+    Named,
+    Steered,
+    Stopped,
+    TapeContent,
+    Turned,
+)
 from wax.tape.event_file import METADATA, ORIGIN, VERSION, EventFile
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of, repaired
@@ -34,6 +43,17 @@ _BEGIN_S: Final = 1000.0
 _SECONDS: Final = 0.2
 _FOLDER: Final = tempfile.TemporaryDirectory(prefix="wax-fuzz-tapes-")
 _MADE: Final = Path(_FOLDER.name)
+_STEERED: Final = Steered(
+    turn=3,
+    linear_mps=0.1,
+    angular_rps=0.0,
+    wanted_linear_mps=0.2,
+    wanted_angular_rps=0.0,
+    reason=None,
+    limit=None,
+    lateral_mps=-0.1,
+    wanted_lateral_mps=-0.2,
+)
 
 
 def _events() -> bytes:
@@ -42,6 +62,7 @@ def _events() -> bytes:
     made.write(Turned(number=3, operator=7, why=None), _BEGIN_S)
     made.write(Named(viewer=7, name="Ada"), _BEGIN_S)
     made.write(Filmed(camera=1, name="Door"), _BEGIN_S + 0.1)
+    made.write(_STEERED, _BEGIN_S + 0.2)
     made.flush()
     made.write(Stopped(number=1, pressed=True, viewer=2, by_host=False), _BEGIN_S + 3.0)
     made.write(Missed(missed_s=1.5), _BEGIN_S + 4.0)
@@ -149,8 +170,9 @@ RECORDS: Final = Target(
     hear=lambda data: _hear_events(_packed(data)),
     seeds=(_records(),),
     words=(
-        b"/wax/missed", b'"missed_s":', b'"type":"watched"', b"NaN", b"1e999", b"null", b"true",
-        b"[" * 60, b'{"a":' * 40, b'"\\u0000"', b"\x03", b"\x04", b"\x05", b"\xff" * 8,
+        b"/wax/missed", b'"missed_s":', b'"lateral_mps":', b'"type":"watched"', b"NaN", b"1e999",
+        b"null", b"true", b"[" * 60, b'{"a":' * 40, b'"\\u0000"', b"\x03", b"\x04", b"\x05",
+        b"\xff" * 8,
     ),
     max_bytes=8192,
     inputs=4000,

@@ -30,7 +30,7 @@ class Entry:
 
     @property
     def is_motion(self) -> bool:
-        return self.word == "axis" or (self.word == "apply" and self.values[:2] != (0.0, 0.0))
+        return self.word == "axis" or (self.word == "apply" and any(self.values[:3]))
 
 
 class Log:

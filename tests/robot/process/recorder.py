@@ -22,7 +22,7 @@ class Recorder(IdleRobot):
     """Appends a line for each call to the file that is configured as its port."""
 
     kind = "recorder"
-    limits = Limits(0.6, 1.5, axes=("pan",), ttl_s=0.2)
+    limits = Limits(0.6, 1.5, axes=("pan",), ttl_s=0.2, lateral_mps=0.6)
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         self._path = Path(settings.serial.url)
@@ -34,7 +34,7 @@ class Recorder(IdleRobot):
         self._write("open", os.getpid())
 
     def apply(self, twist: Twist, turn: int) -> None:
-        self._write("apply", twist.linear_mps, twist.angular_rps, turn)
+        self._write("apply", twist.linear_mps, twist.angular_rps, twist.lateral_mps, turn)
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
         self._write("axis", position, turn)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.control.velocity import fraction
 
 from wax.config.controls import ControlSettings
 from wax.driver.checks import NO_ANSWER
@@ -25,7 +26,7 @@ from wax.robot.process.driver_watchdog import (
 )
 from wax.robot.process.pipe_messages import Axis, Control, Halt, Message, Move
 
-LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",))
+LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",), lateral_mps=0.3)
 CONTROLS = [
     ControlSettings(name="lamp", kind="toggle"),
     ControlSettings(name="horn", kind="button"),
@@ -47,6 +48,7 @@ class Server:
         self,
         linear: float,
         angular: float = 0.0,
+        lateral: float = 0.0,
         *,
         turn: int = 1,
         age_s: float = 0.0,
@@ -60,6 +62,7 @@ class Server:
                 turn=turn,
                 linear_mps=linear,
                 angular_rps=angular,
+                lateral_mps=lateral,
                 end_s=None if ends_in_s is None else self.now_s + ends_in_s,
             ),
             self.now_s,
@@ -341,19 +344,21 @@ def test_a_driver_that_raises_holds_the_robot(server: Server) -> None:
 @pytest.mark.parametrize(
     ("asked", "given"),
     [
-        ((6.0, 1.5), (0.6, 0.15)),
-        ((-6.0, 0.0), (-0.6, 0.0)),
-        ((math.inf, 0.0), (0.0, 0.0)),
-        ((0.0, math.nan), (0.0, 0.0)),
+        ((6.0, 1.5, 0.0), (0.6, 0.15, 0.0)),
+        ((-6.0, 0.0, 0.0), (-0.6, 0.0, 0.0)),
+        ((4.8, 0.0, -1.8), (0.48, 0.0, -0.18)),
+        ((math.inf, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        ((0.0, math.nan, 0.0), (0.0, 0.0, 0.0)),
+        ((0.5, 0.0, math.nan), (0.0, 0.0, 0.0)),
     ],
 )
 def test_limits_hold_once_more(
-    server: Server, asked: tuple[float, float], given: tuple[float, float]
+    server: Server, asked: tuple[float, ...], given: tuple[float, ...]
 ) -> None:
     """Set-points beyond the limits are scaled down along their curve, and NaN is standstill."""
     (call,) = server.driving().drive(*asked)
     assert isinstance(call, Apply)
-    assert (call.twist.linear_mps, call.twist.angular_rps) == pytest.approx(given)
+    assert astuple(call.twist) == pytest.approx(given)
 
 
 # --- whatever is said, in whatever order ---------------------------------------------------
@@ -370,6 +375,7 @@ class Word:
     back: int
     linear: float
     angular: float
+    lateral: float
     ends_s: float | None
 
 
@@ -383,8 +389,9 @@ WORDS = st.lists(
         age_s=st.sampled_from([0.0, 0.0, 0.0, 0.05, 0.2, -0.5]),
         turn=st.integers(0, 3),
         back=st.sampled_from([0, 0, 0, 1, 2]),
-        linear=st.one_of(st.sampled_from([0.5, -0.5]), st.floats()),
+        linear=st.one_of(st.sampled_from([0.5, -0.5, 0.0]), st.floats()),
         angular=st.one_of(st.just(0.0), st.floats()),
+        lateral=st.one_of(st.just(0.0), st.floats()),
         ends_s=st.sampled_from([None, None, 0.03, 0.06, -0.01]),
     ),
     max_size=40,
@@ -454,13 +461,13 @@ class Model:
             value = word.what == "spin"
             return Control(sequence=number, sent_s=sent_s, turn=turn, name="spin", value=value)
         still = word.what == "stand"
-        linear, angular = (0.0, 0.0) if still else (word.linear, word.angular)
         return Move(
             sequence=number,
             sent_s=sent_s,
             turn=turn,
-            linear_mps=linear,
-            angular_rps=angular,
+            linear_mps=0.0 if still else word.linear,
+            angular_rps=0.0 if still else word.angular,
+            lateral_mps=0.0 if still else word.lateral,
             end_s=None if word.ends_s is None else self.now_s + word.ends_s,
         )
 
@@ -484,12 +491,12 @@ class Model:
             self.word_s, self.heard = max(self.word_s, message.sent_s), True
             self.end_s = end_s
             self.halted = False
-            if message.linear_mps == 0.0 and message.angular_rps == 0.0:
+            if not any((message.linear_mps, message.angular_rps, message.lateral_mps)):
                 self.neutral_s = max(self.neutral_s, message.sent_s)
 
     def _judge(self, call: Apply | SetAxis | SetControl) -> None:
         if isinstance(call, Apply):
-            assert abs(call.twist.linear_mps) <= LIMITS.linear_mps
+            assert fraction(call.twist, LIMITS) <= 1.0 + 1e-9
             assert abs(call.twist.angular_rps) <= LIMITS.angular_rps
             if call.twist.is_zero:
                 return

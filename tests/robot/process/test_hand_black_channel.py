@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 LINES: Final = ("hand", "server")
 CELLS: Final = tuple((error, which) for error in ERRORS for which in LINES)
 
-LIMITS: Final = Limits(linear_mps=0.6, angular_rps=1.5)
+LIMITS: Final = Limits(linear_mps=0.6, angular_rps=1.5, lateral_mps=0.6)
 SILENCE_S: Final = 0.12
 RULES: Final = HandRules.of(
     LocalSettings(source="serial", pause_s=0.5, max_fraction=0.5, silence_ms=150),
@@ -179,7 +179,7 @@ class Oracle:
             self.turn, self.newest_said, self.neutral_s = said.turn, None, -math.inf
         if self.newest_said is None or said.sequence > self.newest_said.sequence:
             self.newest_said = said
-        if isinstance(said, Move) and (said.linear_mps, said.angular_rps) == (0.0, 0.0):
+        if isinstance(said, Move) and _numbers(said) == (0.0, 0.0, 0.0):
             self.neutral_s = max(self.neutral_s, said.sent_s)
 
     def owner(self, twist: Twist, now_s: float) -> str | None:
@@ -197,26 +197,29 @@ class Oracle:
         since_s, said = self.not_free_s + RULES.pause_s - _NEAR, self.newest_said
         if not isinstance(said, Move) or now_s < since_s:
             return False
-        is_asked = (said.linear_mps, said.angular_rps) == _numbers(twist)
+        is_asked = _numbers(said) == _numbers(twist)
         is_fresh = now_s - said.sent_s <= SILENCE_S + _NEAR
         return is_asked and is_fresh and min(self.neutral_s, said.sent_s) >= since_s
 
 
 def touches(reading: HandReading) -> bool:
     """Whether a hand is on the control, by the manual's definition."""
-    return reading.is_held or max(abs(reading.linear), abs(reading.angular)) > RULES.dead_zone
+    stick = (reading.linear, reading.angular, reading.lateral)
+    return reading.is_held or max(map(abs, stick)) > RULES.dead_zone
 
 
-def _numbers(twist: Twist) -> tuple[float, float]:
-    return twist.linear_mps, twist.angular_rps
+def _numbers(twist: Twist | Move) -> tuple[float, float, float]:
+    return twist.linear_mps, twist.angular_rps, twist.lateral_mps
 
 
 def _follows(twist: Twist, reading: HandReading) -> bool:
     """Whether a twist goes where the stick points, or on the way there, and no faster."""
     if not touches(reading):
         return False
-    most = (LIMITS.linear_mps * RULES.max_fraction, LIMITS.angular_rps * RULES.max_fraction)
-    parts = zip(_numbers(twist), (reading.linear, reading.angular), most, strict=True)
+    limits = (LIMITS.linear_mps, LIMITS.angular_rps, LIMITS.lateral_mps)
+    most = [limit * RULES.max_fraction for limit in limits]
+    stick = (reading.linear, reading.angular, reading.lateral)
+    parts = zip(_numbers(twist), stick, most, strict=True)
     return all(_is_on_its_way(part, stick, fast) for part, stick, fast in parts)
 
 
@@ -342,7 +345,9 @@ class Trace:
             return
         if rng.random() < 0.06:
             self.asked = (
-                STANDSTILL if rng.random() < 0.5 else Twist(round(rng.uniform(0.2, 0.5), 3))
+                STANDSTILL
+                if rng.random() < 0.5
+                else Twist(round(rng.uniform(0.2, 0.4), 3), lateral_mps=rng.choice([0.0, 0.3]))
             )
         self.turn += rng.random() < 0.004
         self.sequence += 1
@@ -356,6 +361,7 @@ class Trace:
                 turn=self.turn,
                 linear_mps=self.asked.linear_mps,
                 angular_rps=self.asked.angular_rps,
+                lateral_mps=self.asked.lateral_mps,
             )
         self.server.send(encode(said), said, self.now_s)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -29,7 +29,7 @@ from wax.robot.process.pipe_messages import Axis, Control, Halt, Move
 if TYPE_CHECKING:
     from wax.robot.process.driver_watchdog import Call
 
-LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",))
+LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",), lateral_mps=0.6)
 SILENCE_S = 0.12
 RULES = HandRules.of(
     LocalSettings(source="robot", pause_s=1.0, max_fraction=1.0),
@@ -54,6 +54,7 @@ class Chair:
         self.is_operated = True
         self.asked: Twist | None = STANDSTILL
         self.stick = (0.0, 0.0)
+        self.aside = 0.0
         self.buttons: dict[str, Any] = {}
         self.is_plugged_in = True
         self.twist = STANDSTILL
@@ -72,7 +73,7 @@ class Chair:
         return calls
 
     def feel(self) -> tuple[Call, ...]:
-        reading = HandReading(self.now_s, *self.stick, **self.buttons)
+        reading = HandReading(self.now_s, *self.stick, **self.buttons, lateral=self.aside)
         return self.do(
             self.watchdog.handle_readings([reading] if self.is_plugged_in else [], self.now_s)
         )
@@ -85,6 +86,7 @@ class Chair:
             turn=self.turn,
             linear_mps=twist.linear_mps,
             angular_rps=twist.angular_rps,
+            lateral_mps=twist.lateral_mps,
             operated=self.is_operated,
         )
         return self.do(self.watchdog.handle(move, self.now_s))
@@ -164,6 +166,19 @@ def test_a_touch_stops_on_the_event_and_drives_from_the_next_beat() -> None:
     assert all(isinstance(call, Apply) for call in calls)
     assert chair.twist == Twist(0.0, 1.5)
     assert chair.watchdog.counts["driver_hand_takes"] == 1
+
+
+def test_a_touch_sideways_is_a_touch() -> None:
+    """A stick moved sideways takes over and drives there, a diagonal no faster than ahead."""
+    chair = driven()
+    chair.aside = -1.0
+    assert chair.feel() == (StopDriver(1),)
+    chair.run(0.5)
+    assert (chair.mode, chair.twist) == ("hand", Twist(0.0, 0.0, -0.6))
+    chair.stick = (1.0, 0.0)
+    chair.run(0.5)
+    assert chair.twist.speed_mps == pytest.approx(0.6)
+    assert chair.twist.linear_mps == pytest.approx(-chair.twist.lateral_mps)
 
 
 def test_an_operator_needs_neutral_after_the_hand() -> None:
@@ -344,6 +359,9 @@ def test_sharing_scales_and_ramps_what_the_operator_asks() -> None:
     assert 0.0 < chair.twist.linear_mps < 0.25
     chair.run(1.0)
     assert chair.twist.linear_mps == pytest.approx(0.25)
+    chair.asked = Twist(0.3, 0.2, -0.4)
+    chair.run(1.0)
+    assert astuple(chair.twist) == pytest.approx((0.15, 0.1, -0.2))
     chair.stick = (0.0, 0.0)
     chair.run(0.02)
     assert chair.twist == STANDSTILL

@@ -43,6 +43,7 @@ CONTROLS = [
 ]
 SAID: tuple[Message, ...] = (
     MOVE,
+    MOVE.model_copy(update={"lateral_mps": -0.25}),
     Axis(sequence=2**63, sent_s=-1.0, turn=0, name="pan", position=-1.0),
     Axis(sequence=0, sent_s=0.0, turn=2**63, name="pan", position=1.0),
     Halt(sequence=2, sent_s=2.6, turn=3),
@@ -65,7 +66,8 @@ def test_what_is_said_is_heard() -> None:
         Begin(robot=RobotSettings(), log=LogSettings(), controls=CONTROLS),
     ):
         assert decode_begin(encode(begin)) == begin
-    ready = Ready(kind="frames", limits=Limits(0.5, 1.0, ("pan",), controls=("lamp",)))
+    limits = Limits(0.5, 1.0, ("pan",), controls=("lamp",), lateral_mps=0.5)
+    ready = Ready(kind="frames", limits=limits)
     assert decode_answer(encode(ready)) == ready
     told = StateReport(
         state=RobotState(
@@ -92,9 +94,10 @@ def test_what_was_said_stays_said() -> None:
 @pytest.mark.parametrize("speed_mps", [math.nan, math.inf, -math.inf])
 def test_a_speed_that_is_none_is_let_through(speed_mps: float) -> None:
     """A NaN speed is accepted, for the watchdog turns it into standstill."""
-    read = decode_message(encode(MOVE.model_copy(update={"linear_mps": speed_mps})))
-    assert isinstance(read, Move)
-    assert repr(read.linear_mps) == repr(speed_mps)
+    for name in ("linear_mps", "angular_rps", "lateral_mps"):
+        read = decode_message(encode(MOVE.model_copy(update={name: speed_mps})))
+        assert isinstance(read, Move)
+        assert repr(getattr(read, name)) == repr(speed_mps)
 
 
 def without(key: str) -> dict[str, object]:
@@ -116,7 +119,7 @@ WRONG = {
     "a sequence too high": json.dumps(MOVE.model_dump() | {"sequence": 2**63 + 1}).encode(),
     "a text for a number": json.dumps(MOVE.model_dump() | {"linear_mps": "0.5"}).encode(),
     "a time that is none": json.dumps(MOVE.model_dump() | {"sent_s": math.nan}).encode(),
-    "an axis too far": encode(SAID[1]).replace(b"-1.0,", b"-1.01,").replace(b":-1.0}", b":-1.01}"),
+    "an axis too far": encode(SAID[2]).replace(b"-1.0,", b"-1.01,").replace(b":-1.0}", b":-1.01}"),
     "an answer": encode(StateReport(state=RobotState(connected=True), counts={})),
     "too long": encode(MOVE)[:-1] + b" " * MAX_LINE_BYTES,
 }

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import astuple
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -74,12 +75,12 @@ def drives(robot: Driver, log: Log, twist: Twist = AHEAD, during_s: float = 0.3)
     return log.moves(since_s)
 
 
-def drive_off(robot: Driver, log: Log) -> None:
+def drive_off(robot: Driver, log: Log, twist: Twist = AHEAD) -> None:
     """Drive, with standstill first; on a busy machine the server may be silent for too long."""
 
     def drives_off() -> bool:
         robot.apply(STANDSTILL, 1)
-        return drives(robot, log)
+        return drives(robot, log, twist)
 
     until(drives_off)
 
@@ -104,7 +105,9 @@ def test_state_and_axes_come_through(robot: Driver, log: Log) -> None:
 def test_silence_is_told_and_ends_with_standstill(robot: Driver, log: Log) -> None:
     """Silence stops the robot, with a problem and a new epoch for the server."""
     before = robot.state()
-    drive_off(robot, log)
+    curve = Twist(0.5, 0.1, -0.25)
+    drive_off(robot, log, curve)
+    assert (*astuple(curve), 1.0) in {entry.values for entry in log.entries()}
     until(lambda: robot.state().problem is not None)
     state = robot.state()
     assert "silent" in str(state.problem)
