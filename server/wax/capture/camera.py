@@ -12,7 +12,7 @@ import cv2
 import structlog
 
 from wax.capture.letterbox import fit_bgr
-from wax.capture.source import Picture
+from wax.capture.source import REST_S, Picture
 from wax.capture.v4l2_controls import set_controls
 from wax.errors import SourceError
 from wax.sentence import Sentence
@@ -78,7 +78,7 @@ class OpenCvCamera:
     on it after 1.8 s. A hung thread is abandoned: it releases the device when OpenCV returns.
     """
 
-    rest_s: Final = 1.0
+    rest_s: Final = REST_S
 
     def __init__(
         self,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import structlog
 
-from wax.capture.source import Picture
+from wax.capture.source import REST_S, Picture
 from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
 
@@ -51,7 +51,7 @@ class PiCamera:
     `captured_s` is when the sensor began to expose the first row, as libcamera reports it.
     """
 
-    rest_s: Final = 1.0
+    rest_s: Final = REST_S
 
     def __init__(
         self,

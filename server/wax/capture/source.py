@@ -18,7 +18,7 @@ captured at most one period before the call.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import cv2
 
@@ -34,6 +34,9 @@ SAMPLE_RATE_HZ = 48_000
 BLOCK_MS = 10
 BLOCK_SAMPLES = SAMPLE_RATE_HZ * BLOCK_MS // 1000
 """All sound is cut into blocks of this length, the shortest media unit."""
+
+REST_S: Final = 0.9
+"""A camera's ``rest_s``: below 1 s, so that the rates of a second in status and metrics show it."""
 
 
 @dataclass(frozen=True, slots=True)

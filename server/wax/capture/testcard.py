@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from wax.capture.letterbox import planes
-from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Picture, Sound
+from wax.capture.source import BLOCK_SAMPLES, REST_S, SAMPLE_RATE_HZ, Picture, Sound
 from wax.capture.timestamp_overlay import draw_text, wall_text
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class TestCardVideo:
     """
 
     is_upright: Final = True
-    rest_s: Final = 1.0
+    rest_s: Final = REST_S
     __test__ = False  # keeps pytest from collecting it by its name
 
     def __init__(

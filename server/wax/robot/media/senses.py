@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from wax.capture.source import Picture, Sound
+from wax.capture.source import REST_S, Picture, Sound
 from wax.errors import SourceError, SpeakerError
 from wax.robot.media.link import MediaProcessLink, SenseError
 from wax.robot.media.messages import CLOSE, NEXT, OPEN, WRITE
@@ -27,7 +27,7 @@ _CLOSE_S: Final = 0.2
 class RemoteCamera:
     """A `VideoSource`; `start` starts the process if it is not running yet."""
 
-    rest_s: Final = 1.0
+    rest_s: Final = REST_S
 
     def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
         self._link = link

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final, Protocol
 
-from wax.capture.source import Picture
+from wax.capture.source import REST_S, Picture
 from wax.errors import SourceError
 from wax.robot.simulated.frame_timer import FrameTimer
 from wax.robot.simulated.lamp import lit
@@ -36,7 +36,7 @@ class SimulatedCamera:
     picture's capture time. `is_lit` adds the light of the robot's lamp.
     """
 
-    rest_s: Final = 1.0
+    rest_s: Final = REST_S
 
     def __init__(
         self,
