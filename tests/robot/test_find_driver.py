@@ -13,7 +13,8 @@ from wax.clock import SystemClock
 from wax.config.controls import ControlSettings
 from wax.config.local import LocalSettings
 from wax.config.robot import RobotSettings
-from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker
+from wax.driver.checks import within
+from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker, Twist
 from wax.errors import ConfigError
 from wax.robot.find_driver import NO_WATCHDOG, NOT_BUILT, make_driver, make_robot
 from wax.robot.process.driver import ProcessDriver
@@ -82,6 +83,40 @@ def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable
 def test_a_complete_class_is_accepted(plugin: Callable[[str], str], clock: FakeClock) -> None:
     """A class in a file of the host's own is a driver."""
     assert make_driver(RobotSettings(driver=plugin(GOOD)), clock).kind == "wooden"
+
+
+FORWARD_AND_TURN = """
+from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
+
+class Robot:
+    kind = "wooden"
+    limits = Limits(1.0, 1.5)
+    def __init__(self, settings, clock): self.told = []
+    def open(self): pass
+    def apply(self, twist, turn):
+        match twist:
+            case Twist(linear, angular):
+                assert twist == Twist(linear, angular)
+                assert twist == Twist(angular_rps=angular, linear_mps=linear)
+                assert twist.is_zero == (twist == STANDSTILL == Twist(0.0, 0.0) == Twist())
+                assert len({twist, Twist(linear, angular)}) == 1
+                self.told.append((linear, angular))
+    def set_axis(self, name, position, turn): pass
+    def stop(self, turn): pass
+    def close(self): pass
+    def state(self): return RobotState(connected=True)
+"""
+
+
+def test_a_driver_that_knows_of_forward_and_turn_runs_unchanged(
+    plugin: Callable[[str], str], clock: FakeClock
+) -> None:
+    """Built, compared and taken apart by place or by name, a set-point is what it was."""
+    driver = make_driver(RobotSettings(driver=plugin(FORWARD_AND_TURN)), clock)
+    assert driver.limits.lateral_mps == 0.0
+    for twist in (Twist(), Twist(0.4, -0.2), Twist(0.4, -0.2, 0.3)):
+        driver.apply(within(twist, driver.limits), 1)
+    assert vars(driver)["told"] == [(0.0, 0.0), (0.4, -0.2), (0.4, -0.2)]
 
 
 @pytest.mark.parametrize(

@@ -135,7 +135,7 @@ def test_the_wheels_speeds_give_the_twist_back(
     """From the wheels of any base its own motion is found again."""
     sizes = {"wheel_base_m": width_m, "axle_base_m": length_m, "omni_radius_m": length_m}
     geometry = WheelGeometry(RobotSettings.model_validate({"base": base, **sizes}))
-    back = geometry.motion(geometry.speeds_mps(twist))
+    back = geometry.motion([*geometry.speeds_mps(twist).values()])
     assert back.linear_mps == pytest.approx(twist.linear_mps, abs=1e-9)
     assert back.angular_rps == pytest.approx(twist.angular_rps, abs=1e-9)
     left_mps = twist.lateral_mps if geometry.moves_sideways else 0.0
@@ -171,33 +171,34 @@ def test_trim_and_inversion_belong_to_a_side() -> None:
 
 
 @pytest.mark.parametrize("base", ["mecanum", "omni"])
-def test_a_pose_follows_the_wheels_along_the_arc(base: Base) -> None:
+@pytest.mark.parametrize("start_rad", [1.0, 3.0])
+def test_a_pose_follows_the_wheels_along_the_arc(base: Base, start_rad: float) -> None:
     """Ahead, sideways and turning at once it goes where many small steps would lead."""
     geometry = WheelGeometry(RobotSettings(base=base))
-    motion = Twist(0.3, 0.4, -0.2)
-    start = Pose(1.0, 2.0, 3.0)
-    pose = geometry.moved(start, geometry.speeds_mps(motion))
-    x_m, y_m, heading_rad = start.x_m, start.y_m, start.heading_rad
+    rolled_m = [*geometry.speeds_mps(Twist(0.3, 0.4, -0.2)).values()]
+    pose = geometry.moved(Pose(1.0, 2.0, start_rad), rolled_m)
+    x_m, y_m, heading_rad = 1.0, 2.0, start_rad
     for _ in range(1000):
-        ahead_m, turned_rad, left_m = 0.0003, 0.0004, -0.0002
-        x_m += ahead_m * math.cos(heading_rad) - left_m * math.sin(heading_rad)
-        y_m += ahead_m * math.sin(heading_rad) + left_m * math.cos(heading_rad)
-        heading_rad += turned_rad
+        x_m += 0.0003 * math.cos(heading_rad) + 0.0002 * math.sin(heading_rad)
+        y_m += 0.0003 * math.sin(heading_rad) - 0.0002 * math.cos(heading_rad)
+        heading_rad += 0.0004
     assert (pose.x_m, pose.y_m) == pytest.approx((x_m, y_m), abs=0.004)
-    assert pose.heading_rad == pytest.approx(heading_rad - math.tau)
+    assert pose.heading_rad == pytest.approx(math.remainder(heading_rad, math.tau))
+
+
+@pytest.mark.parametrize("base", list(WHEELS_OF))
+def test_a_base_has_the_wheels_of_the_configuration(base: Base) -> None:
+    """Lines of text and pins name the wheels as the geometry does; one side may be inverted."""
+    geometry = WheelGeometry(RobotSettings(base=base, invert_left=True))
+    assert geometry.names == WHEELS_OF[base]
+    assert geometry.signs == {one: -1.0 if "left" in one else 1.0 for one in WHEELS_OF[base]}
+    assert geometry.moves_sideways == (base != "differential")
 
 
 def test_a_base_of_the_configuration_may_be_driven_by_its_sides() -> None:
     """For a board that is told two speeds, a base of any wheels has two sides."""
     robot = RobotSettings(base="mecanum")
     assert both(WheelMixer(robot, "differential").mix(Twist(0.3, 0.0))) == (0.3, 0.3)
-
-
-@pytest.mark.parametrize(("base", "moves"), [("differential", False), ("mecanum", True)])
-def test_which_bases_move_sideways(base: Base, *, moves: bool) -> None:
-    """A differential base does not; an omni base does although its wheels differ."""
-    assert WheelGeometry(RobotSettings(base=base)).moves_sideways == moves
-    assert WheelGeometry(RobotSettings(base="omni")).moves_sideways
 
 
 def test_a_slow_limit_sideways_does_not_slow_it_ahead() -> None:

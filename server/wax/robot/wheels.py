@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from operator import mul
 from typing import TYPE_CHECKING, Final
 
-from wax.config.bases import WHEELS_OF
 from wax.driver.checks import within
 from wax.driver.interface import Limits, Pose, Twist
 
@@ -31,18 +30,22 @@ class _Wheel:
 
 
 _SIN_60: Final = math.sin(math.pi / 3.0)
-_WHEELS: Final[dict[Base, tuple[_Wheel, ...]]] = {
-    "differential": (_Wheel(1.0, 0.0, -1.0), _Wheel(1.0, 0.0, 1.0)),
+_WHEELS: Final[dict[Base, dict[str, _Wheel]]] = {
+    "differential": {"left": _Wheel(1.0, 0.0, -1.0), "right": _Wheel(1.0, 0.0, 1.0)},
     # Seen from above, the rollers form an X.
-    "mecanum": (
-        _Wheel(1.0, -1.0, -1.0),
-        _Wheel(1.0, 1.0, 1.0),
-        _Wheel(1.0, 1.0, -1.0),
-        _Wheel(1.0, -1.0, 1.0),
-    ),
+    "mecanum": {
+        "front_left": _Wheel(1.0, -1.0, -1.0),
+        "front_right": _Wheel(1.0, 1.0, 1.0),
+        "back_left": _Wheel(1.0, 1.0, -1.0),
+        "back_right": _Wheel(1.0, -1.0, 1.0),
+    },
     # At 60° to the left and to the right of ahead, and at the back. Left and right are positive
     # where they drive ahead, as with two wheels; the back one is where it drives to the left.
-    "omni": (_Wheel(_SIN_60, -0.5, -1.0), _Wheel(_SIN_60, 0.5, 1.0), _Wheel(0.0, 1.0, -1.0)),
+    "omni": {
+        "left": _Wheel(_SIN_60, -0.5, -1.0),
+        "right": _Wheel(_SIN_60, 0.5, 1.0),
+        "back": _Wheel(0.0, 1.0, -1.0),
+    },
 }
 
 
@@ -55,7 +58,8 @@ class WheelGeometry:
 
     def __init__(self, settings: RobotSettings, base: Base | None = None) -> None:
         base = base or settings.base
-        self.names = WHEELS_OF[base]
+        self.moves_sideways = base != "differential"
+        self.names = tuple(_WHEELS[base])
         inverted = {"left": settings.invert_left, "right": settings.invert_right}
         self.signs = {name: -1.0 if inverted.get(_side(name)) else 1.0 for name in self.names}
         self._wheels = _WHEELS[base]
@@ -65,23 +69,19 @@ class WheelGeometry:
             "omni": settings.omni_radius_m,
         }[base]
 
-    @property
-    def moves_sideways(self) -> bool:
-        return any(one.left for one in self._wheels)
-
-    def speeds_mps(self, twist: Twist) -> list[float]:
+    def speeds_mps(self, twist: Twist) -> dict[str, float]:
         """Return how fast each wheel rolls, forward positive before any inversion."""
         aside_mps = twist.angular_rps * self._lever_m
-        return [
-            one.ahead * twist.linear_mps + one.left * twist.lateral_mps + one.turn * aside_mps
-            for one in self._wheels
-        ]
+        return {
+            name: one.ahead * twist.linear_mps + one.left * twist.lateral_mps + one.turn * aside_mps
+            for name, one in self._wheels.items()
+        }
 
     def fastest_mps(self, limits: Limits) -> float:
         """Return the speed of the fastest wheel at the limits, moving straight or on the spot."""
         straight_mps = max(
             math.hypot(one.ahead * limits.linear_mps, one.left * limits.lateral_mps)
-            for one in self._wheels
+            for one in self._wheels.values()
         )
         return max(straight_mps, limits.angular_rps * self._lever_m)
 
@@ -90,7 +90,7 @@ class WheelGeometry:
 
         It is in metres and radians if `rolled` is in metres, and per second if it is so.
         """
-        wheels = self._wheels
+        wheels = self._wheels.values()
 
         def part(shares: list[float]) -> float:
             square = sum(share * share for share in shares)
@@ -133,17 +133,16 @@ class WheelMixer:
         self.fastest_mps = self.geometry.fastest_mps(self._limits)
         self._max_wheel_mps = min(MAX_WHEEL_MPS, self.fastest_mps)
         trims = {"left": settings.left_trim, "right": settings.right_trim}
-        self._gains = [
-            math.copysign(trims.get(_side(name), 1.0), sign)
+        self._gains = {
+            name: math.copysign(trims.get(_side(name), 1.0), sign)
             for name, sign in self.geometry.signs.items()
-        ]
+        }
 
     def mix(self, twist: Twist) -> dict[str, float]:
         """Return each wheel's speed in m/s, trimmed and inverted; NaN gives standstill."""
         speeds = self.geometry.speeds_mps(within(twist, self._limits))
-        excess = max(1.0, *(abs(speed) / self._max_wheel_mps for speed in speeds))
-        wheels = (speed / excess for speed in speeds)
-        return dict(zip(self.geometry.names, map(mul, wheels, self._gains), strict=True))
+        excess = max(1.0, *(abs(speed) / self._max_wheel_mps for speed in speeds.values()))
+        return {name: speed / excess * self._gains[name] for name, speed in speeds.items()}
 
 
 def _side(name: str) -> str:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 import tomllib
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.until import until
 
 from wax import __main__
+from wax.clock import SystemClock
 from wax.commands.new_driver.command import MAX_NAME, new_driver
+from wax.config.robot import RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.build_driver import make_driver
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -120,3 +127,39 @@ def test_the_command_says_how_to_go_on(
     said = capsys.readouterr().out
     for command in ("cd rover", "pip install -e", "pytest", "wax --config rover.toml"):
         assert f"\n  {command}" in said
+
+
+def test_three_lines_make_it_move_sideways(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the lines that its README names, the stand-in is told a speed to the left."""
+    new_driver("crab", tmp_path)
+    folder = tmp_path / "crab"
+    said = (folder / "README.md").read_text(encoding="utf-8")
+    aside = " {twist.lateral_mps:.3f}"
+    for line in ("`moves_sideways = True`", f"`{aside}`", "`max_lateral_mps = 0.6`"):
+        assert line in said
+    path = folder / "src/crab/driver.py"
+    text = path.read_text(encoding="utf-8")
+    text = text.replace("moves_sideways = False", "moves_sideways = True")
+    path.write_text(text.replace(r".3f}\n", rf".3f}}{aside}\n"), encoding="utf-8")
+    monkeypatch.syspath_prepend(str(folder / "src"))
+    robot = importlib.import_module("crab.stand_in").StandIn()
+    robot.start()
+    table = {"crab": {"port": robot.port}, "max_lateral_mps": 0.6}
+    settings = RobotSettings.model_validate({"driver": "crab.driver:Crab", **table})
+    driver = make_driver(settings, SystemClock())
+    try:
+        assert driver.limits.lateral_mps == 0.6
+        driver.open()
+        until(lambda: driver.state().connected)
+
+        def is_told() -> bool:
+            driver.apply(Twist(0.1, 0.2, 0.3), 1)
+            return bool(robot.moves == Twist(0.1, 0.2, 0.3))
+
+        driver.apply(STANDSTILL, 1)
+        until(is_told)
+    finally:
+        driver.close()
+        robot.stop()
+        for name in ("crab", "crab.driver", "crab.settings", "crab.stand_in"):
+            sys.modules.pop(name, None)
