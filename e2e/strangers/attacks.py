@@ -25,6 +25,9 @@ from e2e.strangers.intruder import Intruder, NoPlaceError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+_JOINING_S: Final = 20.0
+"""However many viewers an attack wants: their own ends share this machine, and many that receive
+pictures keep others from connecting in time."""
 _TAIL_S: Final = 1.0
 """For answers still in flight when an attack ends."""
 _FIRST: Final = 100
@@ -154,13 +157,15 @@ ATTACKS: Final[dict[str, Attack]] = {
 async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intruder]:
     """Let the attack's viewers join, from as few addresses as allowed, as far as there is room."""
     found: list[Intruder] = []
-    for source in map(address, range(_FIRST, _FIRST + one.viewers)):
-        with suppress(NoPlaceError):
-            while len(found) < one.viewers:
-                intruder = Intruder(port, source=source, sees=one.sees)
-                found.append(await leaving.enter_async_context(intruder))
-                if one.apart:
-                    break
+    with suppress(TimeoutError):
+        async with asyncio.timeout(_JOINING_S):
+            for source in map(address, range(_FIRST, _FIRST + one.viewers)):
+                with suppress(NoPlaceError):
+                    while len(found) < one.viewers:
+                        intruder = Intruder(port, source=source, sees=one.sees)
+                        found.append(await leaving.enter_async_context(intruder))
+                        if one.apart:
+                            break
     return found
 
 
