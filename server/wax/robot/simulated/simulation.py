@@ -91,7 +91,7 @@ class Simulation:
         """Start the simulation at `now_s`, standing still."""
         self._let_go()
         self._motion = Motion(self._motion.pose)
-        still = tuple(self._wheels.speeds_mps(STANDSTILL))
+        still = tuple(self._wheels.speeds_mps(STANDSTILL).values())
         self._senses = replace(self._senses, at_s=now_s, twist=STANDSTILL, wheels_mps=still)
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
@@ -151,7 +151,7 @@ class Simulation:
         moved = step(self._motion, target, self.limits, self._world, STEP_S)
         self._motion = moved
         twist = Twist(moved.linear_mps, moved.angular_rps, moved.lateral_mps)
-        wheels = tuple(self._wheels.speeds_mps(twist))
+        wheels = tuple(self._wheels.speeds_mps(twist).values())
         bumped = moved.impact_mps > THUD_MPS
         before = self._senses
         most = PAN_SPEED_RPS * STEP_S
