@@ -8,7 +8,7 @@ import os
 import time
 from asyncio.subprocess import PIPE
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from e2e.harness.wait import until
 from e2e.measure.suite import ROOT
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from asyncio.subprocess import Process
     from pathlib import Path
 
+WHEELS: Final = ("left", "right", "back", "back_left", "back_right")
+"""Those that a board may have, by their names in its log."""
+
 
 class Board:
     """`path` is the serial port while it is plugged in; `log_path` logs what the board does.
@@ -24,13 +27,15 @@ class Board:
     Each line of the log is an event with ``t_s``, which is `time.monotonic()` of this machine:
     ``frame`` (undamaged and of this session; ``verdict`` says whether it was accepted),
     ``damaged``, ``wheels`` (mm/s, when they begin to change and when they have), ``ttl`` (the
-    board's own watchdog stopped it), ``start``, ``plugged`` and ``unplugged``.
+    board's own watchdog stopped it), ``start``, ``plugged`` and ``unplugged``. A `base` that moves
+    sideways is ``mecanum`` or ``omni``, and logs its back wheels, too.
     """
 
-    def __init__(self, folder: Path, *, boot_ms: int = 0) -> None:
+    def __init__(self, folder: Path, *, boot_ms: int = 0, base: str = "differential") -> None:
         self.path = folder / "robot-port"
         self.log_path = folder / "board.jsonl"
         self._boot_ms = boot_ms
+        self._base = base
         self._process: Process | None = None
         self._offset = 0
         self._events: list[dict[str, Any]] = []
@@ -45,7 +50,8 @@ class Board:
     @property
     def robot(self) -> dict[str, Any]:
         """The configuration's `[robot]` for it."""
-        return {"driver": "serial", "serial": {"url": str(self.path)}}
+        robot = {"driver": "serial", "serial": {"url": str(self.path)}}
+        return robot if self._base == "differential" else robot | {"base": self._base}
 
     async def start(self) -> None:
         """Build the firmware if it has changed, and plug the board in."""
@@ -104,11 +110,11 @@ class Board:
     def moves(self) -> bool:
         """Whether a wheel turns, by the newest wheel event."""
         wheels = [event for event in self.events() if event["event"] == "wheels"]
-        return bool(wheels) and (wheels[-1]["left"], wheels[-1]["right"]) != (0, 0)
+        return bool(wheels) and any(wheels[-1].get(wheel) for wheel in WHEELS)
 
     async def _program(self) -> list[str]:
         files = ["--link", str(self.path), "--log", str(self.log_path)]
-        return [await _build(), *files, "--boot-ms", str(self._boot_ms)]
+        return [await _build(), *files, "--boot-ms", str(self._boot_ms), "--base", self._base]
 
     def _command(self, command: str) -> None:
         assert self._process is not None, "the board was not started"

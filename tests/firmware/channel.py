@@ -10,13 +10,23 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from tests.firmware.core import Core, Settings, Verdict
+from tests.firmware.core import Core, Kind, Settings, Verdict
 
-from wax.robot.serial.frames import AxisBody, DriveBody, Frame, HelloBody, StopBody, encode
+from wax.robot.serial.frames import (
+    AxisBody,
+    DriveBody,
+    Frame,
+    HelloBody,
+    MoveBody,
+    StopBody,
+    encode,
+)
 
 if TYPE_CHECKING:
     import ctypes
     from random import Random
+
+    from wax.robot.serial.frames import Body
 
 ERRORS: Final = (
     "none", "corruption", "repetition", "wrong order", "loss", "delay", "insertion",
@@ -24,8 +34,13 @@ ERRORS: Final = (
 )  # fmt: skip
 TTL_MS: Final = 200
 PERIOD_MS: Final = 20
+ARM_MM: Final = 200
+MOTION: Final = (DriveBody, MoveBody, AxisBody)
 # In each step of the clock a wheel can reach any speed that is commanded here.
-BRISK: Final = Settings(acceleration_mmps2=65_535, braking_mmps2=65_535)
+BRISK: Final = {
+    kind: Settings(acceleration_mmps2=65_535, braking_mmps2=65_535, kind=kind, arm_mm=ARM_MM)
+    for kind in Kind
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +67,9 @@ class Arrival:
 class Server:
     """Sends what a server sends: a hello, then drives, axes and stops of rising turns."""
 
-    def __init__(self, random: Random, clock_ms: int, delay_up_ms: int) -> None:
+    def __init__(self, random: Random, clock_ms: int, delay_up_ms: int, kind: Kind) -> None:
         self._random = random
+        self._kind = kind
         self._clock_ms = clock_ms
         self._delay_up_ms = delay_up_ms
         self._order = 0
@@ -74,30 +90,40 @@ class Server:
             return [self._say(StopBody(), at_ms)]
         if random.random() < 0.1:
             return [self._say(StopBody(), at_ms)]
-        said = [self._say(DriveBody(random.randint(1, 60), random.randint(1, 60)), at_ms)]
+        said = [self._say(motion(random, self._kind), at_ms)]
         if random.random() < 0.1:
             said.append(self._say(AxisBody(random.randint(0, 3), random.randint(1, 10_000)), at_ms))
         return said
 
     def late_turn(self, at_ms: int) -> Said:
         """Send a motion of the previous turn, as a sender that does not know it is over."""
-        body = DriveBody(self._random.randint(1, 60), self._random.randint(1, 60))
-        return self._say(body, at_ms, turn=self._turn - 1)
+        return self._say(motion(self._random, self._kind), at_ms, turn=self._turn - 1)
 
-    def _say(
-        self, body: DriveBody | AxisBody | StopBody | HelloBody, at_ms: int, turn: int | None = None
-    ) -> Said:
+    def _say(self, body: Body, at_ms: int, turn: int | None = None) -> Said:
         self._order += 1
         frame = Frame(
             body,
             sequence=self._order & 0xFFFF,
             turn=self._turn if turn is None else turn,
-            ttl_ms=TTL_MS if isinstance(body, DriveBody | AxisBody) else 0,
+            ttl_ms=TTL_MS if isinstance(body, MOTION) else 0,
             time_ms=0
             if isinstance(body, HelloBody)
             else (self._clock_ms + at_ms - self._delay_up_ms) % 2**32,
         )
         return Said(self._order, at_ms, self.session, frame)
+
+
+def motion(random: Random, kind: Kind) -> DriveBody | MoveBody:
+    """Return a motion for this base, in which no wheel ever turns the other way.
+
+    A base that moves sideways obeys drives, too.
+    """
+    if kind is Kind.SIDES:
+        return DriveBody(random.randint(1, 60), random.randint(1, 60))
+    ahead = random.randint(30, 40)
+    if random.random() < 0.2:
+        return DriveBody(ahead, ahead + random.randint(2, 10))
+    return MoveBody(ahead, random.randint(-12, -1), random.randint(1, 60))
 
 
 def stranger(random: Random, like: Frame, session: int) -> Said:
@@ -127,6 +153,7 @@ class Trace:
 
     clock_ms: int
     delay_up_ms: int
+    kind: Kind = Kind.SIDES
     arrivals: list[Arrival] = field(default_factory=list)
     errors: Counter[str] = field(default_factory=Counter)
 
@@ -136,11 +163,11 @@ class Trace:
         return not any(arrival.damaged or arrival.said is None for arrival in self.arrivals)
 
 
-def make_trace(random: Random) -> Trace:
+def make_trace(random: Random, kind: Kind = Kind.SIDES) -> Trace:
     """Send some forty frames over a line that makes one kind of error, or sometimes every kind."""
     start_ms = random.choice([0, random.randrange(2**32), 2**32 - random.randint(0, 2000)])
-    trace = Trace(start_ms, random.randint(0, 20))
-    server = Server(random, trace.clock_ms, trace.delay_up_ms)
+    trace = Trace(start_ms, random.randint(0, 20), kind)
+    server = Server(random, trace.clock_ms, trace.delay_up_ms, kind)
     kinds = [random.choice(ERRORS)] if random.random() < 0.7 else list(ERRORS)
     now_ms = 10
     line = Line(random, server)
@@ -150,9 +177,9 @@ def make_trace(random: Random) -> Trace:
         now_ms += PERIOD_MS + random.choice((0, 0, 0, 0, 0, 0, 100, 600))
         anew = random.random() < 0.04
         for said in server.hello(now_ms) if anew else server.speak(now_ms):
-            kind = random.choice(kinds) if random.random() < 0.4 else "none"
-            trace.errors[kind] += 1
-            trace.arrivals += line.carry(kind, said, now_ms)
+            error = random.choice(kinds) if random.random() < 0.4 else "none"
+            trace.errors[error] += 1
+            trace.arrivals += line.carry(error, said, now_ms)
     trace.arrivals.sort(key=lambda arrival: arrival.at_ms)
     return trace
 
@@ -209,12 +236,13 @@ def _arrival(said: Said, at_ms: int) -> Arrival:
 class Oracle:
     """Knows what may be obeyed, and what the wheels may do, from who sent what and when."""
 
-    def __init__(self) -> None:
+    def __init__(self, kind: Kind) -> None:
+        self._kind = kind
         self._session: int | None = None
         self._hello_ms = 0
         self._newest = 0
         self._turn = 0
-        self._wheels = (0, 0)
+        self._wheels = self._still = (0,) * kind.wheels
         self._until_ms = math.inf
 
     def may(self, said: Said, now_ms: int) -> bool:
@@ -238,7 +266,7 @@ class Oracle:
 
     def must(self, said: Said, now_ms: int, delay_up_ms: int) -> bool:
         """Whether this must be obeyed; for motion the server knows the time only as of a report."""
-        if not isinstance(said.frame.body, DriveBody | AxisBody):
+        if not isinstance(said.frame.body, MOTION):
             return self.may(said, now_ms)
         known_at_ms = said.at_ms - delay_up_ms
         in_time = known_at_ms >= self._hello_ms and now_ms - known_at_ms <= TTL_MS
@@ -252,14 +280,35 @@ class Oracle:
         else:
             self._newest = max(self._newest, said.order)
             self._turn = max(self._turn, said.frame.turn)
-        if isinstance(body, DriveBody):
-            self._wheels = body.left_mmps, body.right_mmps
+        if isinstance(body, DriveBody | MoveBody):
+            self._wheels = wheels_for(self._kind, body)
             self._until_ms = now_ms + said.frame.ttl_ms
         elif not isinstance(body, AxisBody):
-            self._wheels, self._until_ms = (0, 0), math.inf
+            self._wheels, self._until_ms = self._still, math.inf
 
-    def wheels(self, now_ms: int) -> tuple[int, int]:
-        return self._wheels if now_ms < self._until_ms else (0, 0)
+    def wheels(self, now_ms: int) -> tuple[int, ...]:
+        return self._wheels if now_ms < self._until_ms else self._still
+
+
+def wheels_for(kind: Kind, body: DriveBody | MoveBody) -> tuple[int, ...]:
+    """Return how fast each wheel turns, from where it stands and which way it rolls."""
+    if isinstance(body, DriveBody):
+        if kind is Kind.SIDES:
+            return body.left_mmps, body.right_mmps
+        ahead, aside = (body.left_mmps + body.right_mmps) / 2, 0
+        spin = (body.right_mmps - body.left_mmps) / 2
+    else:
+        ahead, aside = body.linear_mmps, body.lateral_mmps
+        spin = int(body.angular_mradps * ARM_MM / 1000)
+    if kind is Kind.MECANUM:
+        speeds = [
+            ahead - rolls * aside + side * spin
+            for rolls, side in ((1, -1), (-1, 1), (-1, -1), (1, 1))
+        ]
+        return tuple(round(speed) for speed in speeds)
+    ahead_of_two, half = int(2 * ahead * 0.433), int(aside / 2)
+    spin = int(spin)
+    return ahead_of_two - half - spin, ahead_of_two + half + spin, aside - spin
 
 
 def play(trace: Trace, core: ctypes.CDLL | None = None) -> Counter[str]:
@@ -267,8 +316,8 @@ def play(trace: Trace, core: ctypes.CDLL | None = None) -> Counter[str]:
 
     It counts drives that were accepted and refused, so that no test passes without any.
     """
-    robot = Core(BRISK, trace.clock_ms, core)
-    oracle = Oracle()
+    robot = Core(BRISK[trace.kind], trace.clock_ms, core)
+    oracle = Oracle(trace.kind)
     meant = {arrival.said.frame: arrival.said for arrival in trace.arrivals if arrival.said}
     counts: Counter[str] = Counter()
     whole = trace.is_whole
@@ -293,7 +342,7 @@ def _judge(
         # One in 65,536 damages is hidden by another session's start: the other rules catch it.
         assert verdict is not Verdict.TAKEN, "it obeyed what nobody has said"
         return
-    if not isinstance(said.frame.body, DriveBody | AxisBody):
+    if not isinstance(said.frame.body, MOTION):
         assert verdict is Verdict.TAKEN, f"refused {said}"
     else:
         counts["taken" if verdict is Verdict.TAKEN else "refused"] += 1

@@ -11,7 +11,14 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wax.robot.serial.frames import AxisBody, DriveBody, Frame, HelloBody, StopBody
+from wax.robot.serial.frames import (
+    AxisBody,
+    DriveBody,
+    Frame,
+    HelloBody,
+    MoveBody,
+    StopBody,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,6 +28,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "server" / "firmware"
 AXES = 4
+WHEELS = 4
 
 
 class Verdict(enum.IntEnum):
@@ -31,6 +39,19 @@ class Verdict(enum.IntEnum):
     OLD_SEQUENCE = 3
     LATE = 4
     TIMED_OUT = 5
+    CANNOT = 6
+
+
+class Kind(enum.IntEnum):
+    """How the wheels stand; the numbers are those of `base.h`."""
+
+    SIDES = 0
+    MECANUM = 1
+    OMNI = 2
+
+    @property
+    def wheels(self) -> int:
+        return {Kind.SIDES: 2, Kind.MECANUM: 4, Kind.OMNI: 3}[self]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +64,16 @@ class Settings:
     least_us: int = 1000
     most_us: int = 2000
     us_per_s: int = 2000
+    kind: Kind = Kind.SIDES
+    arm_mm: int = 200
+    fastest_mmps: int = 32_767
+    left_bumpers: int = 0x04
+    right_bumpers: int = 0x08
 
 
 class _State(ctypes.Structure):
     _fields_ = [
-        ("left_mmps", ctypes.c_int16),
-        ("right_mmps", ctypes.c_int16),
+        ("wheels_mmps", ctypes.c_int16 * WHEELS),
         ("axes", ctypes.c_int16 * AXES),
         ("servos_us", ctypes.c_uint16 * AXES),
         ("moving", ctypes.c_uint8),
@@ -69,6 +94,9 @@ class _Frame(ctypes.Structure):
         ("time_ms", ctypes.c_uint32),
         ("left_mmps", ctypes.c_int16),
         ("right_mmps", ctypes.c_int16),
+        ("linear_mmps", ctypes.c_int16),
+        ("lateral_mmps", ctypes.c_int16),
+        ("angular_mradps", ctypes.c_int16),
         ("position", ctypes.c_int16),
     ]
 
@@ -167,9 +195,9 @@ class Core:
         return bytes(self._report[:size])
 
     @property
-    def wheels_mmps(self) -> tuple[int, int]:
-        state = self._look()
-        return state.left_mmps, state.right_mmps
+    def wheels_mmps(self) -> tuple[int, ...]:
+        """The speed of each wheel that its base has."""
+        return tuple(self._look().wheels_mmps)[: self._settings.kind.wheels]
 
     @property
     def axes(self) -> list[int]:
@@ -203,6 +231,11 @@ class Core:
                 own.least_us,
                 own.most_us,
                 own.us_per_s,
+                own.kind,
+                own.arm_mm,
+                own.fastest_mmps,
+                own.left_bumpers,
+                own.right_bumpers,
                 _clock(now_ms),
             )
         )
@@ -222,6 +255,7 @@ def _frame(found: _Frame) -> Frame:
         0x01: lambda: DriveBody(found.left_mmps, found.right_mmps),
         0x02: lambda: AxisBody(found.axis, found.position),
         0x03: StopBody,
+        0x04: lambda: MoveBody(found.linear_mmps, found.lateral_mmps, found.angular_mradps),
     }
     return Frame(
         bodies[found.type](),

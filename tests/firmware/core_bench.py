@@ -31,7 +31,7 @@ AHEAD = DriveBody(600, 600)
 class Bench:
     """A core that was greeted, the server's numbers, and a clock."""
 
-    def __init__(self, start_ms: int = 0, **settings: int) -> None:
+    def __init__(self, start_ms: int = 0, **settings: Any) -> None:
         self.now_ms = start_ms
         self.core = Core(Settings(**settings), start_ms)
         self.sequence = 0
@@ -69,4 +69,4 @@ class Bench:
 
     @property
     def stands(self) -> bool:
-        return self.core.wheels_mmps == (0, 0)
+        return not any(self.core.wheels_mmps)

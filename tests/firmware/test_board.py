@@ -123,6 +123,45 @@ async def test_it_stops_by_itself_when_the_cable_is_pulled(
     assert not of(board, "start", back_s)
 
 
+@pytest.mark.parametrize(
+    ("base", "wheels"),
+    [
+        ("mecanum", {"left": 0, "right": 800, "back_left": 800, "back_right": 0}),
+        ("omni", {"left": 146, "right": 546, "back": 400}),
+    ],
+)
+async def test_a_base_that_moves_sideways_is_driven_so(
+    tmp_path: Path, base: str, wheels: dict[str, int]
+) -> None:
+    """At a diagonal's full speed its log has each wheel and each part of the motion."""
+    async with Board(tmp_path, base=base) as board:
+        serial = board.robot | {"max_linear_mps": 0.566}
+        robot = SerialRobot(RobotSettings.model_validate(serial), SystemClock())
+        robot.open()
+        try:
+            await connected(robot)
+            robot.apply(STANDSTILL, 1)
+
+            async def goes() -> bool:
+                robot.apply(Twist(0.4, 0.0, 0.4), 1)
+                turned = of(board, "wheels")
+                return bool(turned) and turned[-1].items() >= wheels.items()
+
+            await eventually(goes, "all wheels turn as fast as they should", every_s=0.01)
+            moves = [frame for frame in of(board, "frame") if frame["type"] == "move"]
+            parts = {(one["verdict"], one["linear"], one["lateral"]) for one in moves}
+            assert parts == {("taken", 400, 400)}
+            robot.stop(1)
+
+            async def stands() -> bool:
+                return not board.moves
+
+            await eventually(stands, "the wheels stand", every_s=0.01)
+            assert set(of(board, "wheels")[-1]) - {"t_s", "event"} == set(wheels)
+        finally:
+            robot.close()
+
+
 async def test_a_restart_forgets_the_session(board: Board, robot: SerialRobot) -> None:
     """After a restart the old session's frames count as damage, and the wheels stand."""
     await drive(robot, board)

@@ -18,6 +18,7 @@ from wax.robot.serial.frames import (
     DriveBody,
     Frame,
     HelloBody,
+    MoveBody,
     ReportBody,
     StopBody,
     encode,
@@ -69,7 +70,9 @@ octets = st.one_of(
     st.lists(st.sampled_from([b"\xa5", b"\x5a", b"\xa5\x5a", b"\x00\x03", b"\x20"])).map(b"".join),
     st.builds(
         lambda body, sequence, cut: encode(Frame(body, sequence=sequence), SESSION)[cut:],
-        st.sampled_from([StopBody(), DriveBody(1, 2), AxisBody(1, 2), HelloBody(SESSION)]),
+        st.sampled_from(
+            [StopBody(), DriveBody(1, 2), AxisBody(1, 2), MoveBody(1, 2, 3), HelloBody(SESSION)]
+        ),
         st.integers(0, 65_535),
         st.integers(0, 3),
     ),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.examples import at_length, share_of
 from tests.firmware.channel import ERRORS, make_trace, play
-from tests.firmware.core import FIRMWARE, build, load
+from tests.firmware.core import FIRMWARE, Kind, build, load
 
 if TYPE_CHECKING:
     import ctypes
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 TRACES = int(os.environ.get("WAX_TRACES", share_of(2000)))
 MUTANT_TRACES = 400
+KINDS = (Kind.SIDES, Kind.SIDES, Kind.MECANUM, Kind.OMNI)
 
 # The rules that the core must not lack: each is a line of it, with its replacement.
 MUTANTS = {
@@ -41,6 +42,11 @@ MUTANTS = {
     "a stop that forgets what came after it": (
         "robot.cpp", "if (is_newer(frame.sequence)) sequence_", "sequence_",
     ),
+    "a move of any age": ("robot.cpp", "if (is_late(", "if (frame.type != MOVE && is_late("),
+    "a stop of two wheels": (
+        "robot.cpp", "wanted : wanted_) wanted = 0", "wanted : wanted_)\n"
+        "        if (&wanted < wanted_ + 2) wanted = 0",
+    ),
     "a CRC of few bits": ("frame.cpp", "session) == said", "session) % 16 == said % 16"),
 }  # fmt: skip
 SHORT = ("no time-to-live", "no sequence", "a hello that does not stop")
@@ -52,7 +58,7 @@ def test_no_wrong_execution() -> None:
     counts: Counter[str] = Counter()
     errors: Counter[str] = Counter()
     for seed in range(TRACES):
-        trace = make_trace(Random(seed))
+        trace = make_trace(Random(seed), KINDS[seed % len(KINDS)])
         try:
             counts += play(trace)
         except AssertionError as error:
@@ -70,7 +76,7 @@ def test_a_core_without_one_of_its_rules_is_found_out(fault: str, tmp_path: Path
     core = _mutant(tmp_path, *MUTANTS[fault])
     with pytest.raises(AssertionError):  # noqa: PT012
         for seed in range(MUTANT_TRACES):
-            play(make_trace(Random(seed)), core)
+            play(make_trace(Random(seed), KINDS[seed % len(KINDS)]), core)
 
 
 def _mutant(folder: Path, name: str, line: str, instead: str) -> ctypes.CDLL:

@@ -33,6 +33,30 @@ def test_with_servos_and_a_battery_it_fits_as_well(tmp_path: Path) -> None:
     fits(changed(tmp_path, (NO_SERVOS, servos), ("BATTERY_PIN = NONE", "BATTERY_PIN = 19")))
 
 
+MECANUM = (
+    ("BASE = wax::Kind::SIDES", "BASE = wax::Kind::MECANUM"),
+    ("BACK_PWM = NONE, BACK_A = NONE, BACK_B = NONE", "BACK_PWM = 3, BACK_A = 16, BACK_B = 17"),
+    (
+        "BACK_RIGHT_PWM = NONE, BACK_RIGHT_A = NONE, BACK_RIGHT_B = NONE",
+        "BACK_RIGHT_PWM = 11, BACK_RIGHT_A = 2, BACK_RIGHT_B = 4",
+    ),
+    ("LEFT_ENCODER_A = 2, LEFT_ENCODER_B = 4", "LEFT_ENCODER_A = NONE, LEFT_ENCODER_B = NONE"),
+    ("RIGHT_ENCODER_A = 3, RIGHT_ENCODER_B = 11", "RIGHT_ENCODER_A = NONE, RIGHT_ENCODER_B = NONE"),
+)
+
+
+def test_four_mecanum_wheels_fit_as_well(tmp_path: Path) -> None:
+    """With the pins that config.h names, in place of the encoders."""
+    fits(changed(tmp_path, *MECANUM))
+
+
+def test_a_base_without_the_pins_of_its_wheels_is_refused(tmp_path: Path) -> None:
+    """A wheel that never turns would pull the robot to the side."""
+    done = changed(tmp_path, *MECANUM[:2])
+    assert done.returncode != 0
+    assert "four mecanum wheels need the pins of the fourth" in done.stderr
+
+
 def test_pins_that_servos_take_are_refused(tmp_path: Path) -> None:
     """A motor's PWM on a pin whose timer the servos need is an error that says so."""
     servos = NO_SERVOS.replace("NONE, NONE", "17, NONE", 1)

@@ -49,7 +49,7 @@ _ROBOT: Final[dict[str, tuple[str, ...]]] = {
     "process/hand_watchdog": ("process/test_hand_watchdog", "process/test_hand_black_channel"),
     "process/pipe_messages": ("process/test_pipe_messages",),
     "serial/frames": ("test_serial_frames", "test_dialects"),
-    "serial/frames_dialect": ("test_frames_dialect", "test_dialects"),
+    "serial/frames_dialect": ("test_frames_dialect", "test_frames_sideways", "test_dialects"),
     "line/core": ("test_line_core",),
     "line/setpoints": ("test_setpoints",),
     "serial/bytes_dialect": ("test_dialects",),
@@ -69,6 +69,8 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "rate_limits": ("test_rate_limits", "edge/test_budget"),
 }
 _CORE_FILES: Final = (
+    "base.cpp",
+    "base.h",
     "battery.h",
     "crc16.h",
     "decoder.cpp",
@@ -118,6 +120,7 @@ def _in(folder: str, tests: tuple[str, ...]) -> tuple[str, ...]:
 _CORE_TESTS: Final = (
     "tests/firmware/test_core.py",
     "tests/firmware/test_core_edges.py",
+    "tests/firmware/test_base.py",
     "tests/firmware/test_body.py",
     # Its other tests have faults of their own.
     "tests/firmware/test_line_black_channel.py::test_no_wrong_execution",

@@ -11,10 +11,10 @@ import tty
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.firmware.core import Core
+from tests.firmware.core import Core, Kind, Settings
 from tests.turned_clock import TurnedClock
 
-from wax.robot.serial.frames import Decoder, DriveBody, StopBody
+from wax.robot.serial.frames import Decoder, DriveBody, MoveBody, StopBody
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -39,10 +39,10 @@ class Board:
     is plugged in. While `deaf` it reads nothing, while `mute` it writes no reports.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, kind: Kind = Kind.SIDES) -> None:
         self.path = folder / "robot"
         self.deaf = self.mute = False
-        self.core = Core(now_ms=_now_ms())
+        self.core = Core(Settings(kind=kind), _now_ms())
         self._lock = threading.Lock()
         self._heard = b""
         self._frames: list[Frame] = []
@@ -117,7 +117,7 @@ class Board:
         """Return whether anything received moves a robot."""
         if dialect == "bytes":
             return any(octet in b"FBLRGIHJ" for octet in self.heard)
-        return any(isinstance(frame.body, DriveBody) for frame in self.frames())
+        return any(isinstance(frame.body, DriveBody | MoveBody) for frame in self.frames())
 
     def stands(self, dialect: str) -> bool:
         """Return whether a stop was received last."""

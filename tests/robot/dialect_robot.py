@@ -29,9 +29,12 @@ def going(ahead: float, left: float, turn: int = 1) -> Order:
     return Order(Twist(ahead * LIMITS.linear_mps, left * LIMITS.angular_rps), turn)
 
 
-def framed() -> FramesDialect:
+def framed(*, moves_sideways: bool = False) -> FramesDialect:
     settings = RobotSettings()
-    return FramesDialect(WheelMixer(settings), 200, ("pan", "lamp"), Odometry(settings))
+    return FramesDialect(
+        *(WheelMixer(settings), 200, ("pan", "lamp"), Odometry(settings)),
+        moves_sideways=moves_sideways,
+    )
 
 
 class Robot:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import pytest
+from tests.firmware.core import Core, Kind, Settings
 
 from wax.config.local import LocalSettings
 from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.find_driver import make_driver, make_robot
-from wax.robot.serial.frames import DriveBody, HelloBody, StopBody
+from wax.robot.serial.frames import DriveBody, HelloBody, MoveBody, StopBody
 from wax.testing import DriverSafety
 
 if TYPE_CHECKING:
@@ -122,6 +124,24 @@ class TestSerialFrames(Ours):
             case StopBody() | HelloBody():
                 return STANDSTILL
         return None
+
+
+class TestSerialFramesSideways(TestSerialFrames):
+    """A board with mecanum wheels, which is told motions."""
+
+    @pytest.fixture(autouse=True)
+    def _mecanum(self, _robot: None) -> None:
+        self.board.core = Core(Settings(kind=Kind.MECANUM), int(time.monotonic() * 1000.0))
+
+    @property
+    def settings(self) -> RobotSettings:
+        return super().settings.model_copy(update={"base": "mecanum"})
+
+    def _twist(self, body: Body) -> Twist | None:
+        if isinstance(body, MoveBody):
+            mmps = body.linear_mmps, body.angular_mradps, body.lateral_mmps
+            return Twist(*(one / 1000.0 for one in mmps))
+        return super()._twist(body)
 
 
 class TestSerialBytes(TestSerialFrames):

@@ -20,6 +20,7 @@ from wax.robot.serial.frames import (
     DriveBody,
     Frame,
     HelloBody,
+    MoveBody,
     ReportBody,
     StopBody,
     encode,
@@ -40,6 +41,7 @@ bodies = st.one_of(
     st.builds(HelloBody, sessions),
     st.just(StopBody()),
     st.builds(DriveBody, int16, int16),
+    st.builds(MoveBody, int16, int16, int16),
     st.builds(AxisBody, uint8, int16),
     st.builds(ReportBody, uint16, uint8, int32, int32, uint8, uint16, uint16, uint16),
 )
@@ -150,10 +152,11 @@ def test_counters_wrap() -> None:
 
 
 def test_flags_have_names() -> None:
-    """The first flag of a report means moving, the second an expired time-to-live."""
-    flags = [ReportBody(0, 0, 0, 0, flags, 0) for flags in (0, 1, 2, 3)]
-    assert [report.moving for report in flags] == [False, True, False, True]
-    assert [report.timed_out for report in flags] == [False, False, True, True]
+    """A report's flags mean moving, an expired time-to-live, and that it obeys moves."""
+    flags = [ReportBody(0, 0, 0, 0, flags, 0) for flags in (0, 1, 2, 3, 4)]
+    assert [report.moving for report in flags] == [False, True, False, True, False]
+    assert [report.timed_out for report in flags] == [False, False, True, True, False]
+    assert [report.moves_sideways for report in flags] == [False, False, False, False, True]
 
 
 def test_defaults_are_zero() -> None:

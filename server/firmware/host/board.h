@@ -10,7 +10,7 @@
 
 class Board {
 public:
-    Board(Log &log, uint32_t boot_ms, double now_s);
+    Board(Log &log, uint32_t boot_ms, wax::Kind kind, double now_s);
 
     // Restart: for `boot_ms` it neither hears nor speaks, like a board in its boot loader.
     void reset(double now_s);
@@ -33,12 +33,13 @@ private:
 
     Log &log_;
     uint32_t boot_ms_;
+    wax::Settings settings_;
     wax::Robot robot_;
     wax::Inputs inputs_;
     double booted_s_;
     double ticked_s_, changed_s_ = 0.0;
     double left_mm_ = 0.0, right_mm_ = 0.0;
-    int16_t left_mmps_ = 0, right_mmps_ = 0;
+    int16_t mmps_[wax::MAX_WHEELS] = {};
     bool changing_ = false;
     bool timed_out_ = false;
     uint16_t damaged_ = 0;

@@ -9,7 +9,7 @@ extern "C" {
 
 // All that can be asked about a robot, and of a frame what its verdict was about.
 struct WaxState {
-    int16_t left_mmps, right_mmps;
+    int16_t wheels_mmps[wax::MAX_WHEELS];
     int16_t axes[wax::AXES];
     uint16_t servos_us[wax::AXES];
     uint8_t moving, timed_out;
@@ -20,15 +20,18 @@ struct WaxFrame {
     uint8_t type, axis, verdict;
     uint16_t sequence, ttl_ms, session;
     uint32_t turn, time_ms;
-    int16_t left_mmps, right_mmps, position;
+    int16_t left_mmps, right_mmps, linear_mmps, lateral_mmps, angular_mradps, position;
 };
 
 wax::Robot *wax_new(uint16_t acceleration_mmps2, uint16_t braking_mmps2, uint8_t front_bumpers,
                     uint8_t back_bumpers, uint8_t still_ms, uint16_t least_us, uint16_t most_us,
-                    uint16_t us_per_s, uint32_t now_ms) {
+                    uint16_t us_per_s, uint8_t kind, uint16_t arm_mm, int16_t fastest_mmps,
+                    uint8_t left_bumpers, uint8_t right_bumpers, uint32_t now_ms) {
     const wax::ServoRange servo = {least_us, most_us, us_per_s};
     const wax::Settings settings = {acceleration_mmps2, braking_mmps2, front_bumpers, back_bumpers,
-                                    still_ms,           {servo, servo, servo, servo}};
+                                    still_ms,           {servo, servo, servo, servo},
+                                    {static_cast<wax::Kind>(kind), arm_mm, fastest_mmps,
+                                     left_bumpers, right_bumpers}};
     return new wax::Robot(settings, now_ms);
 }
 
@@ -43,7 +46,8 @@ static uint8_t next(wax::Robot *robot, uint32_t now_ms, WaxFrame *out) {
     *out = {frame.type,    frame.axis,    static_cast<uint8_t>(verdict),
             frame.sequence, frame.ttl_ms, frame.session,
             frame.turn,     frame.time_ms, frame.left_mmps,
-            frame.right_mmps, frame.position};
+            frame.right_mmps, frame.linear_mmps, frame.lateral_mmps,
+            frame.angular_mradps, frame.position};
     return 1;
 }
 
@@ -74,8 +78,7 @@ uint8_t wax_report(wax::Robot *robot, uint32_t now_ms, uint8_t *bytes) {
 }
 
 void wax_state(const wax::Robot *robot, WaxState *out) {
-    out->left_mmps = robot->left_mmps();
-    out->right_mmps = robot->right_mmps();
+    for (uint8_t at = 0; at < wax::MAX_WHEELS; ++at) out->wheels_mmps[at] = robot->mmps(at);
     for (uint8_t at = 0; at < wax::AXES; ++at) out->axes[at] = robot->axis(at);
     for (uint8_t at = 0; at < wax::AXES; ++at) out->servos_us[at] = robot->servo_us(at);
     out->moving = robot->moving();

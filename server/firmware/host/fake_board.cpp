@@ -23,7 +23,7 @@ const char *const FAULTS[] = {
     "pulses twitch",          "battery is half",         "battery has 16 bits",
     "bumper sticks",          "ticks are lost",          "ticks count up only",
     "ticks are made up",      "watchdog sleeps",         "watchdog is slow",
-    "watchdog is hasty",      "restarts with power",
+    "watchdog is hasty",      "restarts with power",     "back motors are swapped",
 };
 const unsigned FAULT_COUNT = sizeof FAULTS / sizeof *FAULTS;
 
@@ -65,7 +65,7 @@ uint64_t sent_at_us = 0;
 struct Motor {
     int16_t power = 0, next = 0;
     uint64_t from_us = 0, set_us = 0;
-} motors[2];
+} motors[wax::MAX_WHEELS];
 
 struct ServoOut {
     uint16_t wanted_us = 0, width_us = 0;
@@ -219,7 +219,9 @@ void write(const uint8_t *bytes, uint8_t size) {
 
 void motor(Wheel wheel, int16_t power) {
     advance(fake::CALL_US);
-    fake::Motor &motor = fake::motors[has("motors are swapped") ? 1 - wheel : wheel];
+    const bool are_swapped =
+        has("motors are swapped") || (has("back motors are swapped") && wheel >= port::BACK_LEFT);
+    fake::Motor &motor = fake::motors[are_swapped ? wheel ^ 1 : wheel];
     if (has("motor does not brake") && power == 0) return;
     if (has("motor is reversed")) power = static_cast<int16_t>(-power);
     if (has("motor is weak")) power = static_cast<int16_t>(power * 9 / 10);
@@ -330,7 +332,8 @@ int32_t hang(uint32_t patience_us, bool &motors_off) {
         if (fake::now - began >= patience_us) break;
         fake::advance(1000);
     }
-    motors_off = fake::motors[0].power == 0 && fake::motors[1].power == 0;
+    motors_off = std::all_of(fake::motors, fake::motors + wax::MAX_WHEELS,
+                             [](const fake::Motor &motor) { return motor.power == 0; });
     return static_cast<int32_t>(fake::now - began);
 }
 

@@ -18,9 +18,10 @@
 namespace {
 
 const char *const USAGE =
-    "usage: wax-board --link PATH [--log FILE] [--boot-ms N] [--unplugged]\n"
+    "usage: wax-board --link PATH [--log FILE] [--boot-ms N] [--base KIND] [--unplugged]\n"
     "\n"
     "PATH becomes a link to the serial port. FILE gets what the board does, as JSON lines.\n"
+    "KIND is differential (if not given), mecanum or omni.\n"
     "Commands on the standard input, whose end ends it:\n"
     "  unplug | plug          pull the cable, or put it back; the board lives on\n"
     "  reset                  restart the board; for --boot-ms it neither hears nor speaks\n"
@@ -42,13 +43,21 @@ double now_s() {
 struct Options {
     std::string link, log = "/dev/stdout";
     uint32_t boot_ms = 0;
+    wax::Kind kind = wax::Kind::SIDES;
     bool plugged = true;
 };
+
+bool read_kind(const std::string &word, wax::Kind &kind) {
+    if (word == "mecanum") kind = wax::Kind::MECANUM;
+    if (word == "omni") kind = wax::Kind::OMNI;
+    return kind != wax::Kind::SIDES || word == "differential";
+}
 
 bool read_options(int count, char **words, Options &options) {
     const option known[] = {{"link", required_argument, nullptr, 'l'},
                             {"log", required_argument, nullptr, 'o'},
                             {"boot-ms", required_argument, nullptr, 'b'},
+                            {"base", required_argument, nullptr, 'k'},
                             {"unplugged", no_argument, nullptr, 'u'},
                             {nullptr, 0, nullptr, 0}};
     int which;
@@ -57,6 +66,9 @@ bool read_options(int count, char **words, Options &options) {
             case 'l': options.link = optarg; break;
             case 'o': options.log = optarg; break;
             case 'b': options.boot_ms = static_cast<uint32_t>(strtoul(optarg, nullptr, 10)); break;
+            case 'k':
+                if (!read_kind(optarg, options.kind)) return false;
+                break;
             case 'u': options.plugged = false; break;
             default: return false;
         }
@@ -68,7 +80,7 @@ bool read_options(int count, char **words, Options &options) {
 class Bench {
 public:
     Bench(const Options &options, Log &log)
-        : log_(log), cable_(options.link), board_(log, options.boot_ms, now_s()) {
+        : log_(log), cable_(options.link), board_(log, options.boot_ms, options.kind, now_s()) {
         if (options.plugged) plug();
     }
 

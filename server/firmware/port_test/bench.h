@@ -28,7 +28,8 @@ bool send(const uint8_t *bytes, uint16_t size);
 // Take what the board has sent since the last call, at most `size` bytes; return how many.
 int32_t sent(uint8_t *bytes, uint16_t size);
 
-// The power at a motor, from -wax::FULL_POWER to wax::FULL_POWER; 0 while it brakes or is off.
+// The power at a motor, from -wax::FULL_POWER to wax::FULL_POWER; 0 while it brakes or is off; CANNOT
+// where there is no such motor.
 int32_t motor(port::Wheel wheel);
 
 // The next pulse that a servo has got since the last call; false if there is none.
@@ -38,7 +39,7 @@ struct Pulse {
 bool pulse(uint8_t axis, Pulse &seen);
 bool sees_pulses();
 
-// Turn both wheels from now on by so many ticks of their encoders, so many in a second.
+// Turn the left and the right wheel from now on by so many ticks of their encoders, so many in a second.
 bool turn(int32_t left, int32_t right, uint32_t per_s);
 
 // Set the battery's input to so many thousandths of its full scale.

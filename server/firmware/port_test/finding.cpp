@@ -36,11 +36,18 @@ void drain() {
     }
 }
 
-Finding expect_motors(int16_t left, int16_t right) {
-    const int32_t found[] = {bench::motor(port::LEFT), bench::motor(port::RIGHT)};
-    if (found[0] == bench::CANNOT || found[1] == bench::CANNOT) return NOT_TESTED;
-    if (distance(found[0], left) > 2) return wrong("power of the left motor", found[0], left);
-    if (distance(found[1], right) > 2) return wrong("power of the right motor", found[1], right);
+Finding expect_motors(int16_t left, int16_t right, int16_t back_left, int16_t back_right) {
+    const int16_t wanted[] = {left, right, back_left, back_right};
+    const char *const names[] = {"power of the left motor", "power of the right motor",
+                                 "power of the back left motor", "power of the back right motor"};
+    for (uint8_t wheel = 0; wheel < wax::MAX_WHEELS; ++wheel) {
+        const int32_t found = bench::motor(static_cast<port::Wheel>(wheel));
+        if (found == bench::CANNOT) {
+            if (wheel <= port::RIGHT) return NOT_TESTED;
+            continue;
+        }
+        if (distance(found, wanted[wheel]) > 2) return wrong(names[wheel], found, wanted[wheel]);
+    }
     return nullptr;
 }
 

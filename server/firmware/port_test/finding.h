@@ -24,7 +24,8 @@ void pass(uint32_t us);
 // Let the line become quiet, and forget what came and what was sent.
 void drain();
 
-Finding expect_motors(int16_t left, int16_t right);
+// Expect these powers; of the back motors only where there are some.
+Finding expect_motors(int16_t left, int16_t right, int16_t back_left = 0, int16_t back_right = 0);
 
 // --- the promises ---
 
@@ -45,6 +46,7 @@ Finding bumpers_are_felt();
 Finding ticks_are_counted();
 Finding a_living_program_is_left_alone();
 Finding the_program_drives_and_stops();
+Finding the_program_moves_sideways_and_stops();
 Finding a_program_that_hangs_is_restarted();
 
 }  // namespace port_test

@@ -73,6 +73,8 @@ Finding a_program_that_hangs_is_restarted() {
     bool motors_off = false;
     port::motor(port::LEFT, 200);
     port::motor(port::RIGHT, 200);
+    port::motor(port::BACK_LEFT, 200);
+    port::motor(port::BACK_RIGHT, 200);
     port::feed_watchdog();
     const int32_t took_us = bench::hang(2 * port::WATCHDOG_MOST_MS * MS, motors_off);
     if (took_us == bench::CANNOT) return NOT_TESTED;

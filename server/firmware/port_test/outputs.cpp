@@ -13,8 +13,12 @@ Finding motors_follow() {
         const int16_t other = static_cast<int16_t>(power / 2);
         port::motor(port::LEFT, power);
         port::motor(port::RIGHT, other);
+        port::motor(port::BACK_LEFT, static_cast<int16_t>(-other));
+        port::motor(port::BACK_RIGHT, static_cast<int16_t>(-power));
         pass(port::MOTOR_WITHIN_MS * MS);
-        if (const Finding found = expect_motors(power, other)) return found;
+        if (const Finding found = expect_motors(power, other, static_cast<int16_t>(-other),
+                                                static_cast<int16_t>(-power)))
+            return found;
     }
     return nullptr;
 }

@@ -32,6 +32,7 @@ const Promise PROMISES[] = {
     {"ticks are counted", ticks_are_counted},
     {"a living program is left alone", a_living_program_is_left_alone},
     {"the program drives and stops", the_program_drives_and_stops},
+    {"the program moves sideways and stops", the_program_moves_sideways_and_stops},
     {"a program that hangs is restarted", a_program_that_hangs_is_restarted},
 };
 

@@ -17,8 +17,10 @@ uint16_t sequence = 0;
 const wax::Settings SETTINGS = {
     60000, 60000, 1, 2, 50,
     {{1000, 2000, 60000}, {1000, 2000, 60000}, {1000, 2000, 60000}, {1000, 2000, 60000}},
+    {wax::Kind::SIDES, 0, 1000, 0, 0},
 };
 const wax::Body BODY = {1000, 50, 10000};
+const uint8_t HELLO[] = {SESSION & 0xFF, SESSION >> 8};
 
 uint32_t robot_ms = 0;  // by the robot's clock, of its last report
 uint32_t reported_us = 0;
@@ -76,7 +78,6 @@ uint16_t run_program(wax::Program &program, uint32_t us) {
 
 Finding the_program_drives_and_stops() {
     static wax::Program program(SETTINGS, BODY);
-    const uint8_t session[] = {SESSION & 0xFF, SESSION >> 8};
     const uint8_t wheels[] = {0xF4, 0x01, 0x0C, 0xFE};  // 500 and -500 mm/s
     const uint8_t axis[] = {1, 0x10, 0x27};             // axis 1 to 10000
     const int16_t half = wax::power(500, BODY.full_speed_mmps, BODY.least_power);
@@ -84,7 +85,7 @@ Finding the_program_drives_and_stops() {
     run_program(program, 200 * MS);
     if (const Finding found = expect_motors(0, 0)) return found;
 
-    say(wax::HELLO, 0, session, sizeof session);
+    say(wax::HELLO, 0, HELLO, sizeof HELLO);
     if (run_program(program, 150 * MS) < 2) return "it does not report 20 times a second";
     say(wax::AXIS, 200, axis, sizeof axis);
     for (uint8_t round = 0; round < 20; ++round) {
@@ -100,6 +101,31 @@ Finding the_program_drives_and_stops() {
     }
     run_program(program, 150 * MS);
     if (const Finding found = expect_motors(half, static_cast<int16_t>(-half))) return found;
+    run_program(program, 70 * MS);  // the time-to-live of 200 ms is over, braking included
+    return expect_motors(0, 0);
+}
+
+Finding the_program_moves_sideways_and_stops() {
+    static wax::Settings settings = SETTINGS;
+    settings.base = {wax::Kind::MECANUM, 200, 1000, 0, 0};
+    static wax::Program program(settings, BODY);
+    const uint8_t move[] = {0xC8, 0x00, 0x2C, 0x01, 0xF4, 0x01};  // 200 and 300 mm/s, 500 mrad/s
+    const int16_t wheels_mmps[] = {-200, 600, 400, 0};
+    int16_t powers[wax::MAX_WHEELS];
+    for (uint8_t at = 0; at < wax::MAX_WHEELS; ++at)
+        powers[at] = wax::power(wheels_mmps[at], BODY.full_speed_mmps, BODY.least_power);
+    if (bench::motor(port::BACK_RIGHT) == bench::CANNOT || !bench::send(nullptr, 0))
+        return NOT_TESTED;
+    run_program(program, 200 * MS);
+    say(wax::HELLO, 0, HELLO, sizeof HELLO);
+    run_program(program, 150 * MS);
+    for (uint8_t round = 0; round < 20; ++round) {
+        say(wax::MOVE, 200, move, sizeof move);
+        run_program(program, 20 * MS);
+    }
+    run_program(program, 150 * MS);
+    if (const Finding found = expect_motors(powers[0], powers[1], powers[2], powers[3]))
+        return found;
     run_program(program, 70 * MS);  // the time-to-live of 200 ms is over, braking included
     return expect_motors(0, 0);
 }

@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "src/core/base.h"
 #include "src/core/body.h"
 #include "src/core/robot.h"
 
@@ -18,13 +19,23 @@ const uint32_t BAUD = 115200;
 // Solder 10 kOhm from each PWM input to ground: while the board restarts its pins float.
 const uint8_t LEFT_PWM = 5, LEFT_A = 7, LEFT_B = 8;
 const uint8_t RIGHT_PWM = 6, RIGHT_A = 9, RIGHT_B = 10;
+// What moves sideways has more: on an Uno 3, 16, 17 and 11, 2, 4 are free without the encoders.
+const uint8_t BACK_PWM = NONE, BACK_A = NONE, BACK_B = NONE;  // of three; the back left of four
+const uint8_t BACK_RIGHT_PWM = NONE, BACK_RIGHT_A = NONE, BACK_RIGHT_B = NONE;
 const uint8_t STANDBY = NONE;  // STBY of a TB6612; NONE if it is wired to its supply
 
 // mm/s of a wheel at full PWM, measured on the floor; and the PWM (of 255) at which it just turns.
 const int16_t FULL_SPEED_MMPS = 800;
 const uint8_t LEAST_PWM = 40;
 
-// --- encoders: A on the two interrupt pins, B gives the direction.
+// --- the base: wax::Kind::SIDES, MECANUM (four wheels, LEFT and RIGHT are in front) or OMNI (three,
+// one at the back), as src/core/base.h describes them; [robot] base must say the same. A server
+// that does not move it sideways needs a wheel_base_m of TRACK_MM + AXLES_MM, or of 2 * RADIUS_MM.
+const wax::Kind BASE = wax::Kind::SIDES;
+const uint16_t TRACK_MM = 200, AXLES_MM = 200;  // MECANUM: from left to right, and front to back
+const uint16_t RADIUS_MM = 120;                 // OMNI: from the middle to each wheel
+
+// --- encoders: A on the two interrupt pins, B gives the direction; or NONE.
 const uint8_t LEFT_ENCODER_A = 2, LEFT_ENCODER_B = 4;
 const uint8_t RIGHT_ENCODER_A = 3, RIGHT_ENCODER_B = 11;
 
@@ -60,6 +71,13 @@ const wax::Settings SETTINGS = {
         {1000, 2000, 2000},
         {1000, 2000, 2000},
         {1000, 2000, 2000},
+    },
+    {
+        BASE,
+        BASE == wax::Kind::OMNI ? RADIUS_MM : (TRACK_MM + AXLES_MM) / 2,
+        FULL_SPEED_MMPS,
+        0x00,  // left_bumpers: these bits block motion to the left
+        0x00,  // right_bumpers: these bits block motion to the right
     },
 };
 

@@ -1,4 +1,4 @@
-// WAX on an Arduino Uno, Nano or similar: serial frames in, two motors and up to four servos out.
+// WAX on an Arduino Uno, Nano or similar: serial frames in, two to four motors and up to four servos out.
 //
 // This is the port for AVR boards: what src/port.h asks for, by Arduino's functions. Settings of a
 // robot are in config.h; everything that decides about motion is in src/core and src/program.cpp,
@@ -20,7 +20,13 @@ struct Bridge {
 };
 
 const Bridge BRIDGES[] = {{config::LEFT_PWM, config::LEFT_A, config::LEFT_B},
-                          {config::RIGHT_PWM, config::RIGHT_A, config::RIGHT_B}};
+                          {config::RIGHT_PWM, config::RIGHT_A, config::RIGHT_B},
+                          {config::BACK_PWM, config::BACK_A, config::BACK_B},
+                          {config::BACK_RIGHT_PWM, config::BACK_RIGHT_A, config::BACK_RIGHT_B}};
+static_assert(config::BASE == wax::Kind::SIDES || config::BACK_PWM != config::NONE,
+              "a base that moves sideways needs the pins of its back wheel");
+static_assert(config::BASE != wax::Kind::MECANUM || config::BACK_RIGHT_PWM != config::NONE,
+              "four mecanum wheels need the pins of the fourth: BACK_RIGHT");
 
 volatile int32_t counts[2];
 
@@ -40,7 +46,8 @@ constexpr bool has_servos(uint8_t from = 0) {
 namespace {
 
 constexpr bool is_timers(uint8_t pin) { return pin == 9 || pin == 10; }
-static_assert(!has_servos() || !(is_timers(config::LEFT_PWM) || is_timers(config::RIGHT_PWM)),
+static_assert(!has_servos() || !(is_timers(config::LEFT_PWM) || is_timers(config::RIGHT_PWM) ||
+                                 is_timers(config::BACK_PWM) || is_timers(config::BACK_RIGHT_PWM)),
               "pins 9 and 10 have no PWM where servos are; wire the motors' PWM to 3, 5, 6 or 11");
 
 const uint8_t STEPS_A_US = F_CPU / 8000000;
@@ -113,6 +120,7 @@ void begin() {
     wdt_enable(WDTO_60MS);
 #endif
     for (const Bridge &bridge : BRIDGES) {
+        if (bridge.pwm == config::NONE) continue;
         pinMode(bridge.pwm, OUTPUT);
         pinMode(bridge.a, OUTPUT);
         pinMode(bridge.b, OUTPUT);
@@ -123,10 +131,13 @@ void begin() {
     }
     const uint8_t switches[] = {config::LEFT_ENCODER_A, config::LEFT_ENCODER_B,
                                 config::RIGHT_ENCODER_A, config::RIGHT_ENCODER_B};
-    for (const uint8_t pin : switches) pinMode(pin, INPUT_PULLUP);
+    for (const uint8_t pin : switches)
+        if (pin != config::NONE) pinMode(pin, INPUT_PULLUP);
     for (const uint8_t pin : config::BUMPER_PINS) pinMode(pin, INPUT_PULLUP);
-    attachInterrupt(digitalPinToInterrupt(config::LEFT_ENCODER_A), left_encoder, RISING);
-    attachInterrupt(digitalPinToInterrupt(config::RIGHT_ENCODER_A), right_encoder, RISING);
+    if (config::LEFT_ENCODER_A != config::NONE)
+        attachInterrupt(digitalPinToInterrupt(config::LEFT_ENCODER_A), left_encoder, RISING);
+    if (config::RIGHT_ENCODER_A != config::NONE)
+        attachInterrupt(digitalPinToInterrupt(config::RIGHT_ENCODER_A), right_encoder, RISING);
     begin_servos();
     Serial.begin(config::BAUD);
 }
@@ -154,6 +165,7 @@ void write(const uint8_t *bytes, uint8_t size) { Serial.write(bytes, size); }
 // At 0 both outputs of the bridge are equal, which brakes.
 void motor(Wheel wheel, int16_t power) {
     const Bridge &bridge = BRIDGES[wheel];
+    if (bridge.pwm == config::NONE) return;
     digitalWrite(bridge.a, power >= 0);
     digitalWrite(bridge.b, power <= 0);
     analogWrite(bridge.pwm, power == 0 ? wax::FULL_POWER : power < 0 ? -power : power);

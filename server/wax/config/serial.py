@@ -76,8 +76,8 @@ class SerialSettings(ConfigTable):
     """Seconds between attempts to open a lost port."""
     ticks_per_m: Annotated[float, Field(ge=0, le=1e6)] = 0.0
     """How many ticks each of the board's encoders counts in a metre straight ahead; push the robot
-    along some metres of tape measure to find out. Its speed and its place are then known. 0: not
-    measured."""
+    along some metres of tape measure to find out. Its speed and its place are then known, unless
+    the frames move it sideways. 0: not measured."""
     bytes: BytesDialectSettings = BytesDialectSettings()
     text: TextDialectSettings = TextDialectSettings()
 

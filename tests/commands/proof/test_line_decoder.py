@@ -9,6 +9,7 @@ from wax.robot.serial.frames import (
     DriveBody,
     Frame,
     HelloBody,
+    MoveBody,
     ReportBody,
     StopBody,
     encode,
@@ -19,7 +20,7 @@ FRAMES = SerialSettings(dialect="frames")
 BYTES = SerialSettings(dialect="bytes")
 
 
-def words(*bodies: DriveBody | HelloBody | StopBody, session: int = SESSION) -> bytes:
+def words(*bodies: DriveBody | MoveBody | HelloBody | StopBody, session: int = SESSION) -> bytes:
     return b"".join(encode(Frame(body, sequence=n), session) for n, body in enumerate(bodies))
 
 
@@ -39,6 +40,19 @@ def test_frames_are_motion_or_standstill() -> None:
         (False, 0.0),
     ]
     assert {(event.at_s, event.who) for event in heard} == {(1.0, "said")}
+
+
+def test_a_move_is_as_fast_as_its_vector_is_long() -> None:
+    """Ahead and sideways count together; turning on the spot is motion, too."""
+    heard = language_of(FRAMES).said(
+        words(HelloBody(SESSION), MoveBody(300, -400, 0), MoveBody(0, 0, 9), MoveBody(0, 0, 0)),
+        at_s=1.0,
+    )
+    assert [(event.moves, event.speed_mps) for event in heard[1:]] == [
+        (True, 0.5),
+        (True, 0.0),
+        (False, 0.0),
+    ]
 
 
 def test_reports_are_understood_in_the_session_of_the_last_hello() -> None:

@@ -13,7 +13,8 @@
 
 namespace port {
 
-enum Wheel : uint8_t { LEFT = 0, RIGHT = 1 };
+// The order is that of `wax::Kind`; a board has the wheels of its base.
+enum Wheel : uint8_t { LEFT = 0, RIGHT = 1, BACK_LEFT = 2, BACK_RIGHT = 3, BACK = 2 };
 
 const uint16_t CALL_US = 200;
 const uint16_t CLOCK_STEP_MS = 2;
@@ -59,8 +60,9 @@ void write(const uint8_t *bytes, uint8_t size);
 
 // --- the motors ---
 
-// Give a motor power from -wax::FULL_POWER to wax::FULL_POWER, forward positive, within
+// Give a motor power from -wax::FULL_POWER to wax::FULL_POWER, positive as `wax::Kind` says, within
 // MOTOR_WITHIN_MS; it holds until the next call. At 0 it brakes, which shorts the motor.
+// A motor that the board does not have is ignored.
 void motor(Wheel wheel, int16_t power);
 
 // --- the servos ---
@@ -80,8 +82,9 @@ uint16_t battery_full_scale();  // at most BATTERY_FULL_SCALE_MOST
 // The pressed bumpers, one bit each; contacts may bounce.
 uint8_t bumpers();
 
-// What a wheel's encoder has counted since the start, forward positive, wraps at 2^32. At TICKS_PER_S
-// on both wheels at once, with serial data coming, none is lost and none is made up.
+// What the encoder of the left or right wheel has counted since the start, forward positive, wraps
+// at 2^32. At TICKS_PER_S on both wheels at once, with serial data coming, none is lost and none is
+// made up. It is asked about these two wheels only.
 int32_t ticks(Wheel wheel);
 
 // --- the watchdog ---

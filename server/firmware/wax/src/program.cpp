@@ -53,8 +53,9 @@ Inputs Program::feel() {
 }
 
 void Program::act() {
-    port::motor(port::LEFT, power(robot_.left_mmps(), body_.full_speed_mmps, body_.least_power));
-    port::motor(port::RIGHT, power(robot_.right_mmps(), body_.full_speed_mmps, body_.least_power));
+    for (uint8_t wheel = 0; wheel < robot_.wheels(); ++wheel)
+        port::motor(static_cast<port::Wheel>(wheel),
+                    power(robot_.mmps(wheel), body_.full_speed_mmps, body_.least_power));
     for (uint8_t axis = 0; axis < AXES; ++axis) port::servo(axis, robot_.servo_us(axis));
 }
 

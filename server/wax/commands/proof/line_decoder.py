@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import secrets
 from typing import TYPE_CHECKING, Protocol
 
@@ -12,6 +13,7 @@ from wax.robot.serial.frames import (
     DriveBody,
     Frame,
     HelloBody,
+    MoveBody,
     ReportBody,
     StopBody,
     encode,
@@ -65,6 +67,10 @@ class Frames:
                 case DriveBody(left, right):
                     speed_mps = max(abs(left), abs(right)) / 1000.0
                     events.append(Event(at_s, "said", speed_mps > 0, speed_mps))
+                case MoveBody(linear, lateral, angular):
+                    moves = (linear, lateral, angular) != (0, 0, 0)
+                    speed_mps = math.hypot(linear, lateral) / 1000.0
+                    events.append(Event(at_s, "said", moves, speed_mps))
                 case StopBody() | HelloBody():
                     events.append(Event(at_s, "said", moves=False, speed_mps=0.0))
         if self._robot.session != self._server.session:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import structlog
 
 from wax.driver.interface import Limits, Reading
+from wax.errors import ConfigError
 from wax.robot.line.core import LineCore
 from wax.robot.line.robot import LineRobot
 from wax.robot.serial.advice import advised
@@ -115,15 +116,33 @@ def _own_watchdog_s(serial: SerialSettings) -> float | None:
 def _lateral_mps(settings: RobotSettings) -> float:
     """Return the limit sideways, 0 for a board that is told no such speed."""
     serial = settings.serial
-    is_told = serial.dialect == "text" and serial.text.moves_sideways
+    is_told = serial.dialect == "frames" or (
+        serial.dialect == "text" and serial.text.moves_sideways
+    )
     return settings.lateral_mps if is_told else 0.0
+
+
+def _refuse_mixing(settings: RobotSettings) -> None:
+    """Refuse what is done to wheels here for a board that mixes them; raises `ConfigError`."""
+    for key in ("left_trim", "right_trim", "invert_left", "invert_right"):
+        if getattr(settings, key) != type(settings).model_fields[key].default:
+            raise ConfigError(
+                f"robot.{key}: the board turns the wheels of this base by itself; leave it out, and"
+                " for a motor that turns the wrong way swap its two pins in the board's config.h"
+            )
 
 
 def _dialect(settings: RobotSettings, limits: Limits) -> Dialect:
     serial = settings.serial
-    if serial.dialect == "frames":  # which has the speeds and the ticks of two sides
+    if serial.dialect == "frames":
+        moves_sideways = limits.lateral_mps > 0
+        if moves_sideways:
+            _refuse_mixing(settings)
+        # Its drives and reports have the speeds and the ticks of two sides.
         mixer, odometry = WheelMixer(settings, "differential"), Odometry(settings, "differential")
-        return FramesDialect(mixer, serial.ttl_ms, limits.axes, odometry)
+        return FramesDialect(
+            *(mixer, serial.ttl_ms, limits.axes, odometry), moves_sideways=moves_sideways
+        )
     if serial.dialect == "text":
         return TextDialect(settings, WheelMixer(settings), limits)
     return BytesDialect(serial.bytes, limits)

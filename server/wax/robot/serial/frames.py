@@ -31,8 +31,12 @@ From the server:
   -10000 to 10000. Its number is its place in the configuration's ``axes``, from 0. Its
   time-to-live is how late it may be.
 - 03 stop, no payload: stand still now, whatever the turn, the sequence and the time.
+- 04 move, ``int16 linear, int16 lateral, int16 angular``: a motion in the plane, ahead and to the
+  left in mm/s, turning left in mrad/s, valid as a drive is. The robot mixes its wheels itself, and
+  slows them all by one factor where one would have to be too fast. Only for a robot with bit 2 of
+  the flags; a server without it, and one whose robot does not move sideways, sends drive.
 
-The robot refuses drive and axis
+The robot refuses drive, move and axis
 
 - of a lower turn than it has seen in this session;
 - whose sequence number is not newer than that of the last accepted frame (a 16-bit difference of 1
@@ -40,7 +44,9 @@ The robot refuses drive and axis
 - whose time is older than their time-to-live, more than 50 ms ahead, or before the last hello, so
   that delayed or repeated frames move nothing, not even together with their hello;
 - after a time-to-live ran out, until the next stop or hello: a robot that stopped itself does not
-  start by itself.
+  start by itself;
+
+and any move if it cannot move sideways.
 
 Without a session, as after power-on, it accepts only hello.
 
@@ -50,8 +56,9 @@ when bit 1 is set:
 - 81 report, ``uint16 battery_mv, uint8 bumpers, int32 left, int32 right, uint8 flags,
   uint16 sequence, uint16 damaged, uint16 refused``: battery voltage (0: not measured), pressed
   bumpers bit by bit, encoder ticks, flags (bit 0: a wheel turns; bit 1: stopped because a
-  time-to-live ran out), the sequence number of the last accepted frame, and how many since it
-  started were damaged or refused (both wrap to 0). Without a session its CRC starts with FFFF.
+  time-to-live ran out; bit 2: it obeys move), the sequence number of the last accepted frame, and
+  how many since it started were damaged or refused (both wrap to 0). Without a session its CRC
+  starts with FFFF.
 
 A frame with an unknown type or length, or a wrong CRC, is ignored. Frames of another session always
 fail the CRC, because the same bytes never give the same CRC from another start value. One to three
@@ -92,6 +99,15 @@ class DriveBody:
 
 
 @dataclass(frozen=True, slots=True)
+class MoveBody:
+    """A motion in the plane in mm/s and mrad/s, each -32768 to 32767."""
+
+    linear_mmps: int
+    lateral_mmps: int
+    angular_mradps: int
+
+
+@dataclass(frozen=True, slots=True)
 class AxisBody:
     """Move axis `number` to `position` / 10000 of its range."""
 
@@ -125,8 +141,12 @@ class ReportBody:
     def timed_out(self) -> bool:
         return bool(self.flags & 2)
 
+    @property
+    def moves_sideways(self) -> bool:
+        return bool(self.flags & 4)
 
-Body = HelloBody | DriveBody | AxisBody | StopBody | ReportBody
+
+Body = HelloBody | DriveBody | AxisBody | StopBody | MoveBody | ReportBody
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +165,7 @@ _TYPES: Final[dict[int, tuple[type[Body], struct.Struct]]] = {
     0x01: (DriveBody, struct.Struct("<hh")),
     0x02: (AxisBody, struct.Struct("<Bh")),
     0x03: (StopBody, struct.Struct("<")),
+    0x04: (MoveBody, struct.Struct("<hhh")),
     0x81: (ReportBody, struct.Struct("<HBiiBHHH")),
 }
 _CODES: Final = {body: code for code, (body, _) in _TYPES.items()}

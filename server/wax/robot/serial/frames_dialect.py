@@ -16,6 +16,7 @@ from wax.robot.serial.frames import (
     DriveBody,
     Frame,
     HelloBody,
+    MoveBody,
     ReportBody,
     StopBody,
     encode,
@@ -43,15 +44,26 @@ class FramesDialect:
     `SILENT_AFTER_S`, which proves both directions. Until then it gets only hello and stop. After a
     silence, or after its own watchdog stopped it, they start a new session: a robot that stopped
     itself must not start by itself.
+
+    If it `moves_sideways`, it is sent each motion as a move, and a board that does not obey these
+    is not connected. From two encoders nobody can tell where such a robot is.
     """
 
     def __init__(
-        self, mixer: WheelMixer, ttl_ms: int, axes: tuple[str, ...], odometry: Odometry
+        self,
+        mixer: WheelMixer,
+        ttl_ms: int,
+        axes: tuple[str, ...],
+        odometry: Odometry,
+        *,
+        moves_sideways: bool = False,
     ) -> None:
         self._mixer = mixer
         self._odometry = odometry
         self._axes = axes
         self._ttl_ms = ttl_ms
+        self._moves_sideways = moves_sideways
+        self._cannot = False
         self._session = NO_SESSION
         self._sequence = 0
         self._sent: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
@@ -69,6 +81,7 @@ class FramesDialect:
         self._session = _draw(self._session)
         self._decoder = Decoder(self._session)
         self._report = None
+        self._cannot = False
         self._odometry.forget()
         self._answers = False
         self._sent.clear()
@@ -110,7 +123,8 @@ class FramesDialect:
         return now_s >= self._patience_ends_s
 
     def complaint(self, port: str) -> Sentence:
-        return Sentence("robot.no_answer_on", {"port": port})
+        code = "robot.not_sideways_on" if self._cannot else "robot.no_answer_on"
+        return Sentence(code, {"port": port})
 
     @property
     def reading(self) -> Reading:
@@ -140,10 +154,15 @@ class FramesDialect:
         stopped_itself = self._answers and report.timed_out
         self._report = report
         self._robot_s += ((robot_time_ms - round(self._robot_time_ms)) % _CLOCK_WRAPS_MS) / 1000.0
-        self._odometry.take((report.left_ticks, report.right_ticks), self._robot_s)
+        if not self._moves_sideways:
+            self._odometry.take((report.left_ticks, report.right_ticks), self._robot_s)
         self._robot_time_ms, self._heard_s = float(robot_time_ms), now_s
         sent_s = max((at_s for number, at_s in self._sent if number == report.sequence), default=0)
         if now_s - sent_s >= SILENT_AFTER_S:
+            return
+        self._cannot = self._moves_sideways and not report.moves_sideways
+        if self._cannot:
+            self._patience_ends_s = now_s
             return
         self._patience_ends_s = now_s if stopped_itself else sent_s + SILENT_AFTER_S
         if not self._answers:
@@ -152,6 +171,7 @@ class FramesDialect:
 
     def _greet(self, now_s: float) -> bytes:
         self._said = None
+        self._cannot = self._cannot and now_s - self._heard_s < SILENT_AFTER_S
         self._again_s = now_s + HELLO_EVERY_S
         return self._frame(HelloBody(self._session), 0, now_s) + self._frame(StopBody(), 0, now_s)
 
@@ -161,6 +181,13 @@ class FramesDialect:
     def _motion(self, order: Order) -> Body:
         if order.twist.is_zero:
             return StopBody()
+        if self._moves_sideways:
+            twist = order.twist
+            return MoveBody(
+                round(twist.linear_mps * 1000.0),
+                round(twist.lateral_mps * 1000.0),
+                round(twist.angular_rps * 1000.0),
+            )
         wheels = self._mixer.mix(order.twist)
         return DriveBody(round(wheels["left"] * 1000.0), round(wheels["right"] * 1000.0))
 
@@ -169,7 +196,7 @@ class FramesDialect:
         self._sent.append((self._sequence, now_s))
         known = self._report is not None and not isinstance(body, HelloBody)
         time_ms = self._robot_time_ms + (now_s - self._heard_s) * 1000.0 if known else 0.0
-        ttl_ms = self._ttl_ms if isinstance(body, DriveBody | AxisBody) else 0
+        ttl_ms = self._ttl_ms if isinstance(body, DriveBody | MoveBody | AxisBody) else 0
         frame = Frame(body, sequence=self._sequence, turn=turn, ttl_ms=ttl_ms, time_ms=int(time_ms))
         return encode(frame, self._session)
 

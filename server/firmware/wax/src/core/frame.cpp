@@ -55,6 +55,12 @@ bool read_payload(const uint8_t *payload, uint8_t size, Frame &frame) {
             return true;
         case STOP:
             return size == 0;
+        case MOVE:
+            if (size != 6) return false;
+            frame.linear_mmps = static_cast<int16_t>(get16(payload));
+            frame.lateral_mmps = static_cast<int16_t>(get16(payload + 2));
+            frame.angular_mradps = static_cast<int16_t>(get16(payload + 4));
+            return true;
         default:
             return false;
     }
@@ -89,7 +95,8 @@ void write_report(const Report &report, uint16_t session, uint8_t *bytes) {
     *at++ = report.bumpers;
     at = put32(at, static_cast<uint32_t>(report.left_ticks));
     at = put32(at, static_cast<uint32_t>(report.right_ticks));
-    *at++ = static_cast<uint8_t>((report.moving ? 1 : 0) | (report.timed_out ? 2 : 0));
+    *at++ = static_cast<uint8_t>((report.moving ? 1 : 0) | (report.timed_out ? 2 : 0) |
+                                 (report.moves_sideways ? 4 : 0));
     at = put16(at, report.sequence);
     at = put16(at, report.damaged);
     at = put16(at, report.refused);

@@ -16,9 +16,16 @@ const uint8_t REPORT_SIZE = HEADER_SIZE + 18 + CRC_SIZE;
 const uint16_t NO_SESSION = 0xFFFF;
 const int16_t FULL_POSITION = 10000;
 
-enum Type : uint8_t { HELLO = 0x00, DRIVE = 0x01, AXIS = 0x02, STOP = 0x03, REPORT = 0x81 };
+enum Type : uint8_t {
+    HELLO = 0x00,
+    DRIVE = 0x01,
+    AXIS = 0x02,
+    STOP = 0x03,
+    MOVE = 0x04,
+    REPORT = 0x81
+};
 
-// A frame from the server. Of the last four fields only those of its type are set.
+// A frame from the server. Of the fields after `session` only those of its type are not 0.
 struct Frame {
     uint8_t type;
     uint16_t sequence;
@@ -27,6 +34,7 @@ struct Frame {
     uint32_t time_ms;
     uint16_t session;
     int16_t left_mmps, right_mmps;
+    int16_t linear_mmps, lateral_mmps, angular_mradps;
     uint8_t axis;
     int16_t position;
 };
@@ -39,7 +47,7 @@ struct Report {
     uint16_t battery_mv;
     uint8_t bumpers;
     int32_t left_ticks, right_ticks;
-    bool moving, timed_out;
+    bool moving, timed_out, moves_sideways;
     uint16_t sequence, damaged, refused;
 };
 

@@ -24,8 +24,10 @@ int16_t within(int16_t value, int16_t limit) {
 
 Robot::Robot(const Settings &settings, uint32_t now_ms)
     : settings_(settings),
-      left_(settings.acceleration_mmps2, settings.braking_mmps2),
-      right_(settings.acceleration_mmps2, settings.braking_mmps2),
+      wheels_{Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
+              Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
+              Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
+              Ramp(settings.acceleration_mmps2, settings.braking_mmps2)},
       hello_ms_(now_ms),
       servos_{Servo(settings.servos[0]), Servo(settings.servos[1]), Servo(settings.servos[2]),
               Servo(settings.servos[3])},
@@ -45,6 +47,7 @@ Verdict Robot::next(uint32_t now_ms, Frame &frame) {
 
 Verdict Robot::judge(const Frame &frame, uint32_t now_ms) const {
     if (frame.type == HELLO || frame.type == STOP) return Verdict::TAKEN;
+    if (frame.type == MOVE && !settings_.base.moves_sideways()) return Verdict::CANNOT;
     if (timed_out_ || has_run_out(now_ms)) return Verdict::TIMED_OUT;
     if (frame.turn < turn_) return Verdict::OLD_TURN;
     if (!is_newer(frame.sequence)) return Verdict::OLD_SEQUENCE;
@@ -78,8 +81,8 @@ void Robot::obey(const Frame &frame, uint32_t now_ms) {
             stand();
             return;
         case DRIVE:
-            wanted_left_ = frame.left_mmps;
-            wanted_right_ = frame.right_mmps;
+        case MOVE:
+            go(frame);
             arrived_ms_ = now_ms;
             ttl_ms_ = ttl_of(frame);
             driven_ = true;
@@ -96,9 +99,21 @@ void Robot::obey(const Frame &frame, uint32_t now_ms) {
     if (is_newer(frame.sequence)) sequence_ = frame.sequence;
 }
 
+// A bumper that is pressed on the side of the motion ends it. Turning on the spot is allowed.
+void Robot::go(const Frame &frame) {
+    const Base &base = settings_.base;
+    mix(base, frame, wanted_);
+    const int32_t ahead = static_cast<int32_t>(frame.left_mmps) + frame.right_mmps + frame.linear_mmps;
+    blocking_ = 0;
+    if (ahead > 0) blocking_ = settings_.front_bumpers;
+    if (ahead < 0) blocking_ = settings_.back_bumpers;
+    if (frame.lateral_mmps > 0) blocking_ = static_cast<uint8_t>(blocking_ | base.left_bumpers);
+    if (frame.lateral_mmps < 0) blocking_ = static_cast<uint8_t>(blocking_ | base.right_bumpers);
+}
+
 void Robot::stand() {
     driven_ = false;
-    wanted_left_ = wanted_right_ = 0;
+    for (int16_t &wanted : wanted_) wanted = 0;
     timed_out_ = false;
 }
 
@@ -115,14 +130,16 @@ void Robot::tick(uint32_t now_ms, const Inputs &inputs) {
     const uint8_t step_ms =
         elapsed_ms < MAX_STEP_MS ? static_cast<uint8_t>(elapsed_ms) : MAX_STEP_MS;
     watch_wheels(now_ms, inputs);
-    const bool blocked = is_blocked();
-    left_.approach(blocked ? 0 : wanted_left_, step_ms);
-    right_.approach(blocked ? 0 : wanted_right_, step_ms);
+    const bool blocked = inputs_.bumpers & blocking_;
+    bool moves = turning_;
+    for (uint8_t at = 0; at < MAX_WHEELS; ++at) {
+        wheels_[at].approach(blocked ? 0 : wanted_[at], step_ms);
+        if (!wheels_[at].stands()) moves = true;
+    }
 
     for (uint8_t at = 0; at < AXES; ++at)
         if (told_axes_ & 1 << at) servos_[at].approach(axes_[at], step_ms);
 
-    const bool moves = turning_ || !left_.stands() || !right_.stands();
     if (moves != moving_) {
         moving_ = moves;
         report_now_ = true;
@@ -139,14 +156,6 @@ void Robot::watch_wheels(uint32_t now_ms, const Inputs &inputs) {
     inputs_ = inputs;
 }
 
-// Whether a bumper is pressed on the side of the motion. Turning on the spot is allowed.
-bool Robot::is_blocked() const {
-    const int32_t ahead = static_cast<int32_t>(wanted_left_) + wanted_right_;
-    if (ahead > 0) return inputs_.bumpers & settings_.front_bumpers;
-    if (ahead < 0) return inputs_.bumpers & settings_.back_bumpers;
-    return false;
-}
-
 bool Robot::report(uint32_t now_ms, uint8_t *bytes) {
     if (!report_now_ && now_ms - reported_ms_ < REPORT_EVERY_MS) return false;
     report_now_ = false;
@@ -161,6 +170,7 @@ bool Robot::report(uint32_t now_ms, uint8_t *bytes) {
     report.right_ticks = inputs_.right_ticks;
     report.moving = moving_;
     report.timed_out = timed_out_;
+    report.moves_sideways = settings_.base.moves_sideways();
     report.sequence = sequence_;
     report.damaged = damaged();
     report.refused = refused_;

@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "base.h"
 #include "decoder.h"
 #include "frame.h"
 #include "ramp.h"
@@ -23,6 +24,7 @@ struct Settings {
     uint8_t front_bumpers, back_bumpers;  // the bits that block forward, and backward
     uint8_t still_ms;  // a wheel without an encoder tick for this long stands
     ServoRange servos[AXES];
+    Base base;
 };
 
 struct Inputs {
@@ -31,7 +33,7 @@ struct Inputs {
     int32_t left_ticks, right_ticks;
 };
 
-enum class Verdict : uint8_t { NOTHING, TAKEN, OLD_TURN, OLD_SEQUENCE, LATE, TIMED_OUT };
+enum class Verdict : uint8_t { NOTHING, TAKEN, OLD_TURN, OLD_SEQUENCE, LATE, TIMED_OUT, CANNOT };
 
 class Robot {
 public:
@@ -51,9 +53,9 @@ public:
     // Write a report of REPORT_SIZE bytes if one is due; else return false.
     bool report(uint32_t now_ms, uint8_t *bytes);
 
-    // The motors' current set-points.
-    int16_t left_mmps() const { return left_.mmps(); }
-    int16_t right_mmps() const { return right_.mmps(); }
+    // How many wheels it has, and the current set-point of one of them.
+    uint8_t wheels() const { return settings_.base.wheels(); }
+    int16_t mmps(uint8_t wheel) const { return wheels_[wheel].mmps(); }
 
     // The target of an axis below AXES, -FULL_POSITION to FULL_POSITION.
     int16_t axis(uint8_t number) const { return axes_[number]; }
@@ -72,13 +74,13 @@ private:
     bool is_newer(uint16_t sequence) const;
     bool is_late(const Frame &frame, uint32_t now_ms) const;
     bool has_run_out(uint32_t now_ms) const;
-    bool is_blocked() const;
+    void go(const Frame &frame);
     void stand();
     void watch_wheels(uint32_t now_ms, const Inputs &inputs);
 
     Settings settings_;
     Decoder decoder_;
-    Ramp left_, right_;
+    Ramp wheels_[MAX_WHEELS];
     Inputs inputs_ = Inputs();
 
     uint16_t session_ = NO_SESSION;
@@ -87,7 +89,8 @@ private:
     uint32_t hello_ms_;
 
     bool driven_ = false;
-    int16_t wanted_left_ = 0, wanted_right_ = 0;
+    int16_t wanted_[MAX_WHEELS] = {};
+    uint8_t blocking_ = 0;  // the bumpers' bits that end this motion
     uint32_t arrived_ms_ = 0;
     uint16_t ttl_ms_ = 0;
     bool timed_out_ = false;

@@ -1,0 +1,194 @@
+"""Four mecanum wheels or three omni wheels: what each turns for a motion, and what stops it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.firmware.core import Kind, Verdict
+from tests.firmware.core_bench import AHEAD, SESSION, Bench
+
+from wax.robot.serial.frames import DriveBody, HelloBody, MoveBody, StopBody
+
+HASTE = {"acceleration_mmps2": 65_535, "braking_mmps2": 65_535}
+ARM_MM = 200
+SIDEWAYS = MoveBody(0, 300, 0)
+
+both = pytest.mark.parametrize("kind", [Kind.MECANUM, Kind.OMNI])
+int16 = st.integers(-(2**15), 2**15 - 1)
+
+
+def of(kind: Kind, **settings: int) -> Bench:
+    return Bench(**HASTE | {"kind": kind, "arm_mm": ARM_MM} | settings)
+
+
+def wheels(kind: Kind, body: MoveBody | DriveBody, **settings: int) -> tuple[int, ...]:
+    """Return the wheels' speeds once they are reached."""
+    bench = of(kind, **settings)
+    assert bench.say(body, ttl_ms=1000) is Verdict.TAKEN
+    bench.wait(999)
+    return bench.core.wheels_mmps
+
+
+@pytest.mark.parametrize(
+    ("body", "mecanum", "omni"),
+    [
+        (MoveBody(500, 0, 0), (500, 500, 500, 500), (433, 433, 0)),
+        (MoveBody(-500, 0, 0), (-500, -500, -500, -500), (-433, -433, 0)),
+        (MoveBody(0, 500, 0), (-500, 500, 500, -500), (-250, 250, 500)),
+        (MoveBody(0, -500, 0), (500, -500, -500, 500), (250, -250, -500)),
+        (MoveBody(0, 0, 1000), (-200, 200, -200, 200), (-200, 200, -200)),
+        (MoveBody(424, 424, 0), (0, 848, 848, 0), (155, 579, 424)),
+        (MoveBody(300, -100, -500), (500, 100, 300, 300), (409, 109, 0)),
+    ],
+)
+def test_each_wheel_turns_for_its_place(
+    body: MoveBody, mecanum: tuple[int, ...], omni: tuple[int, ...]
+) -> None:
+    """Ahead, to the left and turning left are sums over what each wheel's rollers allow."""
+    assert wheels(Kind.MECANUM, body) == mecanum
+    assert wheels(Kind.OMNI, body) == omni
+
+
+@both
+def test_an_old_servers_drive_moves_it_as_two_sides(kind: Kind) -> None:
+    """Two speeds of sides are a motion without a part sideways, round the same radius."""
+    assert wheels(kind, DriveBody(300, 500)) == wheels(kind, MoveBody(400, 0, 500))
+    assert wheels(kind, DriveBody(0, 0)) == (0,) * kind.wheels
+
+
+@both
+@given(st.builds(MoveBody, int16, int16, int16), st.integers(1, 32_767), st.integers(0, 65_535))
+def test_what_is_too_fast_is_slowed_as_a_whole(
+    kind: Kind, body: MoveBody, fastest: int, arm_mm: int
+) -> None:
+    """No wheel is faster than the fastest, and the wheels keep their proportions."""
+    bench = of(kind, fastest_mmps=fastest, arm_mm=arm_mm)
+    bench.say(body, ttl_ms=1000)
+    bench.wait(600)
+    found = bench.core.wheels_mmps
+    linear, lateral = body.linear_mmps, body.lateral_mmps
+    spin = math.trunc(body.angular_mradps * arm_mm / 1000)
+    if kind is Kind.MECANUM:
+        wanted: tuple[float, ...] = (
+            linear - lateral - spin,
+            linear + lateral + spin,
+            linear + lateral - spin,
+            linear - lateral + spin,
+        )
+    else:
+        ahead = linear * 0.866
+        wanted = (ahead - lateral / 2 - spin, ahead + lateral / 2 + spin, lateral - spin)
+    excess = max(1.0, *(abs(speed) / fastest for speed in wanted))
+    assert max(map(abs, found)) <= fastest
+    for speed, asked in zip(found, wanted, strict=True):
+        assert abs(speed - asked / excess) <= 2 + fastest / 8192
+
+
+def test_a_board_with_two_sides_refuses_a_move() -> None:
+    """It says in its reports that it cannot, counts the frame as refused, and stands."""
+    bench = Bench()
+    assert not bench.told().moves_sideways
+    assert bench.say(SIDEWAYS) is Verdict.CANNOT
+    assert bench.say(MoveBody(100, 0, 0)) is Verdict.CANNOT
+    bench.wait(50)
+    assert bench.stands
+    assert bench.told().refused == 2
+    assert bench.say(AHEAD, sequence=2) is Verdict.TAKEN
+
+
+@both
+def test_it_says_that_it_can(kind: Kind) -> None:
+    """Its reports say so from the first on, also before any hello."""
+    bench = of(kind)
+    assert bench.told().moves_sideways
+    assert bench.told().flags == 4
+
+
+@both
+def test_the_past_is_refused_sideways_as_ahead(kind: Kind) -> None:
+    """Turn, sequence and age count for a move as for a drive."""
+    bench = of(kind)
+    bench.wait(1000)
+    assert bench.say(SIDEWAYS, turn=5) is Verdict.TAKEN
+    assert bench.say(SIDEWAYS, turn=4) is Verdict.OLD_TURN
+    assert bench.say(SIDEWAYS, turn=5, sequence=2) is Verdict.OLD_SEQUENCE
+    bench.sequence += 9
+    assert bench.say(SIDEWAYS, turn=5, time_ms=bench.now_ms - 201) is Verdict.LATE
+    assert bench.say(SIDEWAYS, turn=5, time_ms=bench.now_ms + 51) is Verdict.LATE
+    assert bench.say(SIDEWAYS, turn=5, session=SESSION + 1) is None
+
+
+@both
+def test_its_watchdog_stops_every_wheel(kind: Kind) -> None:
+    """To the millisecond, and nothing moves it until a stop or a hello."""
+    for again in (StopBody(), HelloBody(SESSION)):
+        bench = of(kind)
+        bench.say(SIDEWAYS, ttl_ms=200)
+        bench.wait(199)
+        assert bench.core.wheels_mmps[1] > 0
+        bench.wait(1 + 10)
+        assert bench.stands
+        assert bench.core.timed_out
+        assert bench.say(SIDEWAYS) is Verdict.TIMED_OUT
+        bench.say(again)
+        assert bench.say(SIDEWAYS) is Verdict.TAKEN
+
+
+@both
+@pytest.mark.parametrize("end", [StopBody(), HelloBody(SESSION)])
+def test_a_stop_ends_motion_sideways(kind: Kind, end: StopBody | HelloBody) -> None:
+    """All wheels brake at the configured rate."""
+    bench = of(kind, braking_mmps2=20_000)
+    bench.say(SIDEWAYS, ttl_ms=1000)
+    bench.wait(100)
+    bench.say(end)
+    bench.wait(14)
+    assert not bench.stands
+    bench.wait(2)
+    assert bench.stands
+
+
+def test_each_wheel_keeps_to_its_ramp() -> None:
+    """A wheel gains at most the configured speed in each step, at the back as in front."""
+    bench = of(Kind.MECANUM, acceleration_mmps2=1000)
+    bench.say(SIDEWAYS, ttl_ms=1000)
+    for now in range(1, 301):
+        bench.wait(1)
+        assert bench.core.wheels_mmps == (-now, now, now, -now)
+    assert bench.core.moving
+
+
+def test_one_back_wheel_is_motion_too() -> None:
+    """While only a back wheel still turns, the robot reports motion."""
+    bench = of(Kind.OMNI)
+    bench.say(MoveBody(0, 2, 5))
+    bench.wait(1)
+    assert bench.core.wheels_mmps == (-2, 2, 1)
+    bench.say(MoveBody(0, 1, 0))
+    bench.wait(1)
+    assert bench.core.wheels_mmps == (0, 0, 1)
+    assert bench.core.moving
+
+
+@both
+def test_a_pressed_bumper_stops_the_way_there_sideways(kind: Kind) -> None:
+    """Front 1, back 2, left 4 and right 8 each end motion with a part to their side."""
+    blocked = {
+        MoveBody(0, 100, 0): 4,
+        MoveBody(0, -100, 0): 8,
+        MoveBody(100, 1, 0): 1 + 4,
+        MoveBody(-1, -100, 0): 2 + 8,
+        MoveBody(100, 0, 100): 1,
+        MoveBody(0, 0, 500): 0,
+    }
+    for body, mask in blocked.items():
+        for bumper in (1, 2, 4, 8, 16):
+            bench = of(kind)
+            bench.say(body, ttl_ms=1000)
+            bench.wait(50)
+            assert not bench.stands
+            bench.wait(50, bumpers=bumper)
+            assert bench.stands == bool(bumper & mask), (body, bumper)
