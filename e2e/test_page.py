@@ -7,54 +7,28 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from playwright.async_api import expect
 
+from e2e.harness.boxes import (
+    LAYOUTS,
+    SMALL,
+    STOP_IS_WHOLE,
+    THUMB_PX,
+    UPRIGHT,
+    is_within,
+    overlap,
+)
 from e2e.harness.touch_screen import PHONE
 from e2e.harness.viewer import box_of
 from wax.client import Operator
 
 if TYPE_CHECKING:
-    from playwright.async_api import FloatRect
-
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-THUMB_PX: Final = 48
 DRIVE_BUTTONS: Final = ("Forward", "Back", "Left", "Right")
-LAYOUTS: Final = ((1280, 800), (900, 560), (390, 844), (844, 390))
-"""A large window, the smallest that counts as one, and a phone held upright and across."""
-UPRIGHT: Final = ((320, 480), (320, 568), (360, 640))
-SMALL: Final = (*UPRIGHT, (320, 256), (400, 300), (480, 320), (800, 560))
 LETTERS_PX: Final = 24
 """A browser's setting; 16 is usual."""
 PANELS: Final = ("People", "Settings", "Details", "Safety")
-
-STOP_IS_WHOLE: Final = """() => {
-    const stop = document.querySelector(".stop-button");
-    const { left, right, top, bottom } = stop.getBoundingClientRect();
-    const across = [left + 8, (left + right) / 2, right - 8];
-    const along = [top + 8, (top + bottom) / 2, bottom - 8];
-    const isIn = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
-    const isHit = (x, y) => stop.contains(document.elementFromPoint(x, y));
-    return isIn && across.every((x) => along.every((y) => isHit(x, y)));
-}"""
-
-
-def _overlap(one: FloatRect, other: FloatRect) -> bool:
-    return (
-        one["x"] < other["x"] + other["width"]
-        and other["x"] < one["x"] + one["width"]
-        and one["y"] < other["y"] + other["height"]
-        and other["y"] < one["y"] + one["height"]
-    )
-
-
-def _is_within(box: FloatRect, width: int, height: int) -> bool:
-    return (
-        box["x"] >= 0
-        and box["y"] >= 0
-        and box["x"] + box["width"] <= width
-        and box["y"] + box["height"] <= height
-    )
 
 
 async def test_a_phone_has_everything_under_the_thumbs(
@@ -74,7 +48,7 @@ async def test_a_phone_has_everything_under_the_thumbs(
         for name in (*drives, viewer.button("Stop")):
             box = await box_of(name)
             assert min(box["width"], box["height"]) >= THUMB_PX, (name, box)
-            assert _is_within(box, 390, 844), (name, box)
+            assert is_within(box, 390, 844), (name, box)
 
 
 async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewer) -> None:
@@ -84,18 +58,18 @@ async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewe
         await driver.resize(width, height)
         box = await box_of(page.get_by_role("region", name="Picture", exact=True))
         assert box["width"] / box["height"] == pytest.approx(640 / 480, rel=0.02), (width, height)
-        assert _is_within(box, width, height), (width, height)
+        assert is_within(box, width, height), (width, height)
     for width, height in LAYOUTS:
         await driver.resize(width, height)
         for panel in PANELS:
             await driver.open(panel)
             await driver.lies_still()
             opened = await box_of(page.get_by_role("region", name=panel, exact=True))
-            assert not _overlap(opened, await box_of(page.get_by_role("region", name="Turn")))
+            assert not overlap(opened, await box_of(page.get_by_role("region", name="Turn")))
             for name in (*DRIVE_BUTTONS, "Stop"):
                 where = (width, height, panel, name)
-                assert not _overlap(opened, await box_of(driver.button(name))), where
-            assert _is_within(await box_of(driver.button("Stop")), width, height), (width, panel)
+                assert not overlap(opened, await box_of(driver.button(name))), where
+            assert is_within(await box_of(driver.button("Stop")), width, height), (width, panel)
 
 
 async def test_on_a_wide_screen_what_is_opened_stands_under_the_picture(
@@ -114,7 +88,7 @@ async def test_on_a_wide_screen_what_is_opened_stands_under_the_picture(
     assert opened["width"] == pytest.approx(alone["width"], abs=1)
     assert opened["y"] > beside["y"] + beside["height"]
     assert beside["width"] / beside["height"] == pytest.approx(640 / 480, rel=0.02)
-    assert _is_within(opened, 1280, 800)
+    assert is_within(opened, 1280, 800)
 
 
 async def test_who_waits_can_read_why(server: Server, open_viewer: OpenViewer) -> None:

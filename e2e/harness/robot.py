@@ -62,6 +62,11 @@ class Pose:
         east_m, north_m = self.x_m - since.x_m, self.y_m - since.y_m
         return east_m * math.cos(since.heading_rad) + north_m * math.sin(since.heading_rad)
 
+    def left_m(self, since: Pose) -> float:
+        """Return the distance to the left of where the robot looked then; negative is right."""
+        aside = Pose(since.x_m, since.y_m, since.heading_rad + math.pi / 2)
+        return self.ahead_m(aside)
+
     def turned_rad(self, since: Pose) -> float:
         """Return the turn since then, counter-clockwise, -pi…pi."""
         turn = self.heading_rad - since.heading_rad
