@@ -5,7 +5,7 @@ import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { controllerOf } from "../testing/driving";
 import { pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
-import { hello, planar, pressedBy, room } from "../testing/messages";
+import { control, hello, planar, pressedBy, room } from "../testing/messages";
 import type { DriveController } from "./driveController";
 
 const ADA = 1;
@@ -99,6 +99,21 @@ describe("sideways", () => {
     key("keyup", "KeyQ");
     controller.letGo();
     expect(sent.at(-1)).toMatchObject({ lateral: 0, held: false, urgent: true });
+  });
+
+  it("leaves its keys to the host's controls on a robot that cannot, and takes them on one that can", () => {
+    const greeting = hello({ viewer: ADA, controls: [control("horn", { key: "KeyQ" })] });
+    for (const [mine, held] of [
+      [greeting, ["horn"]],
+      [planar(greeting), []],
+    ] as const) {
+      state.hello.value = mine;
+      drives(ADA);
+      key("keydown", "KeyQ");
+      expect([...state.heldControls.value]).toEqual(held);
+      key("keyup", "KeyQ");
+      drives(BOB);
+    }
   });
 
   it("is a short, slow move in steps", () => {

@@ -107,18 +107,21 @@ describe("the first visit", () => {
     expect(queryByRole(body, "region", { name: "Welcome" })).toBeNull();
   });
 
-  it("ends with the first drive", () => {
+  it.each([
+    ["ahead", { linear: 0.5, angular: 0 }],
+    ["sideways", { linear: 0, angular: 0, lateral: 0.5 }],
+  ])("ends with the first drive %s", (_, motion) => {
     const { state } = session;
     const kept: object[] = [];
     const end = listenFirstDrive(state, (change) => kept.push(change));
     state.hello.value = hello();
     state.link.value = { is: "connected" };
-    state.motion.value = { linear: 0.5, angular: 0 };
+    state.motion.value = motion;
     expect(kept).toEqual([]);
     state.motion.value = { linear: 0, angular: 0 };
     state.room.value = room({ operator: 1 });
     expect(kept).toEqual([]);
-    state.motion.value = { linear: 0.5, angular: 0 };
+    state.motion.value = motion;
     expect(kept).toEqual([{ welcomed: true }]);
     end();
   });
