@@ -13,6 +13,7 @@ from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.find_driver import make_driver, make_robot
 from wax.robot.serial.frames import DriveBody, HelloBody, MoveBody, StopBody
+from wax.robot.wheels import WheelGeometry
 from wax.testing import DriverSafety
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ class TestSerialFrames(Ours):
     """Observed on the line to the real firmware's core."""
 
     dialect: ClassVar = "frames"
+    base: ClassVar = "differential"
     text: ClassVar[dict[str, Any]] = {}
     ttl_s: ClassVar[float | None] = 0.2
 
@@ -98,7 +100,8 @@ class TestSerialFrames(Ours):
     def settings(self) -> RobotSettings:
         serial: dict[str, Any] = {"url": str(self.board.path), "dialect": self.dialect}
         serial |= {"axes": ["pan"], "reopen_s": 0.05, "text": self.text}
-        return RobotSettings.model_validate({"driver": "serial", "serial": serial})
+        tree = {"driver": "serial", "base": self.base, "serial": serial}
+        return RobotSettings.model_validate(tree)
 
     def make_driver(self, clock: Clock) -> Driver:
         return make_driver(self.settings, clock)
@@ -179,8 +182,10 @@ class TestSerialText(TestSerialFrames):
         whole, end, _ = self.board.heard[self._taken :].rpartition(b"\r")
         self._taken += len(whole + end)
         lines = [line.split() for line in whole.split(b"\r") if line[:1] == b"m"]
-        twists = [self._twist(DriveBody(int(left), int(right))) for _, left, right in lines]
-        return [twist for twist in twists if twist is not None]
+        return [self._of_wheels([int(word) for word in words[1:]]) for words in lines]
+
+    def _of_wheels(self, mmps: list[int]) -> Twist:
+        return self._twist(DriveBody(*mmps)) or STANDSTILL
 
 
 @pytest.mark.full
@@ -201,3 +206,16 @@ class TestSerialBytesInItsProcess(TestSerialBytes):
 class TestSerialTextInItsProcess(TestSerialText):
     def make_driver(self, clock: Clock) -> Driver:
         return make_robot(self.settings, clock)
+
+
+@pytest.mark.full
+class TestSerialTextOfFourWheels(TestSerialText):
+    """Lines for four mecanum wheels, which move it sideways, too."""
+
+    base = "mecanum"
+    text: ClassVar[dict[str, Any]] = TestSerialText.text | {
+        "drive": "m {front_left} {front_right} {back_left} {back_right}\r"
+    }
+
+    def _of_wheels(self, mmps: list[int]) -> Twist:
+        return WheelGeometry(self.settings).motion([one / 1000.0 for one in mmps])

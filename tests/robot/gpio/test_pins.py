@@ -22,6 +22,7 @@ from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver
 from wax.robot.gpio import driver as driver_module
+from wax.robot.gpio import guard as guard_module
 from wax.robot.gpio import pin_line
 from wax.robot.gpio import pins as pins_module
 from wax.robot.gpio.guard import BYE, clear
@@ -391,6 +392,23 @@ def test_a_driver_has_its_guard_and_dismisses_it(
     driver.close()
     assert time.monotonic() - start_s < 1.0
     assert children() == []
+
+
+def test_the_guard_knows_the_pins_of_all_motors(
+    make: Callable[..., Driver], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would clear those of four motors, not of two."""
+    guarded: list[int] = []
+
+    class Recorded:
+        def __init__(self, numbers: list[int]) -> None:
+            guarded.extend(numbers)
+
+        def dismiss(self) -> None: ...
+
+    monkeypatch.setattr(guard_module, "Guard", Recorded)
+    make({"base": "mecanum"}, **MECANUM, guard=True)
+    assert guarded == [pin for motor in MECANUM.values() for pin in motor]
 
 
 def children() -> list[int]:
