@@ -8,11 +8,22 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.config.robot import RobotSettings
+from wax.robot.wheels import WheelGeometry
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
+
+    from wax.config.bases import Base
+
+
+_PLANE: Final = ("linear", "lateral", "angular")
+_BACK: Final = ("back", "back_left", "back_right")
+_BASES: Final[dict[int, Base]] = {1: "omni", 2: "mecanum"}
+"""By the number of their back wheels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +36,13 @@ class Seen:
     turn: int
     left_mmps: int
     right_mmps: int
+    plane: tuple[int, ...] = ()
+    """Ahead and to the left in mm/s, and turning in mrad/s, of a move."""
+
+    @property
+    def speeds(self) -> tuple[int, ...]:
+        """All that it asks for; equal ones are the same motion."""
+        return (self.left_mmps, self.right_mmps, *self.plane)
 
     @property
     def moves(self) -> bool:
@@ -33,7 +51,7 @@ class Seen:
 
     @property
     def is_motion(self) -> bool:
-        return self.kind == "drive" and (self.left_mmps, self.right_mmps) != (0, 0)
+        return self.kind in ("drive", "move") and any(self.speeds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +61,24 @@ class Wheels:
     at_s: float
     left_mmps: int
     right_mmps: int
+    back_mmps: tuple[int, ...] = ()
+    """One of three wheels, two of four, none of two."""
+
+    @property
+    def _all_mmps(self) -> tuple[int, ...]:
+        return (self.left_mmps, self.right_mmps, *self.back_mmps)
 
     @property
     def stand(self) -> bool:
-        return (self.left_mmps, self.right_mmps) == (0, 0)
+        return not any(self._all_mmps)
 
     @property
-    def faster_mmps(self) -> int:
-        """The speed of the faster wheel, in either direction."""
-        return max(abs(self.left_mmps), abs(self.right_mmps))
+    def faster_mmps(self) -> float:
+        """The speed of the faster wheel, in either direction; with a back wheel, of the middle."""
+        if not self.back_mmps:
+            return max(abs(self.left_mmps), abs(self.right_mmps))
+        geometry = WheelGeometry(RobotSettings(), _BASES[len(self.back_mmps)])
+        return geometry.motion(self._all_mmps).speed_mps
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,10 +142,12 @@ class Record:
                             int(event["turn"]),
                             int(event["left"]),
                             int(event["right"]),
+                            tuple(int(event[part]) for part in _PLANE if part in event),
                         )
                     )
                 case "wheels":
-                    self.wheels.append(Wheels(at_s, int(event["left"]), int(event["right"])))
+                    back = tuple(int(event[wheel]) for wheel in _BACK if wheel in event)
+                    self.wheels.append(Wheels(at_s, int(event["left"]), int(event["right"]), back))
                 case "ttl":
                     self.expiries_s.append(at_s)
 

@@ -224,6 +224,10 @@ class Kind:
 
 
 BOARD: Final = Kind("firmware", "our firmware", firmware, 180.0)
+MECANUM: Final = Kind(
+    "firmware-mecanum", "our firmware, mecanum wheels", partial(firmware, base="mecanum"), 180.0
+)
+"""Only for faults that need a robot that moves sideways."""
 OTHERS: Final = (
     Kind("text", "lines of text", _sketch, 2000.0),
     Kind("ros2", "CycloneDDS", partial(_dds, fast=False), has_standby=True),

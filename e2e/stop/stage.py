@@ -108,8 +108,8 @@ def behind_a_cable(board: Board, record: Record) -> Robot:
     return Robot(record, board.robot, board.start, board.stop, board.unplug, board.plug)
 
 
-def firmware(folder: Path) -> Robot:
-    board = Board(folder)
+def firmware(folder: Path, base: str = "differential") -> Robot:
+    board = Board(folder, base=base)
     return behind_a_cable(board, Record(board.log_path))
 
 
@@ -190,7 +190,7 @@ class Stage:
             newest = self.record.frames[-_STEADY_FRAMES:]
             if not newest[-1].moves:
                 return False
-            if len({(frame.left_mmps, frame.right_mmps) for frame in newest}) == 1:
+            if len({frame.speeds for frame in newest}) == 1:
                 return True
             await asyncio.sleep(0.005)
         return False

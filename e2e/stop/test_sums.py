@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -43,6 +44,24 @@ def test_the_way_to_standstill_is_never_too_short() -> None:
     curve = {"t_s": 1.0, "event": "wheels", "left": 100, "right": -400}
     turning = record(frame(1.0), curve, wheels(1.2, 0))
     assert turning.stopping(1.1, 2.0).travelled_mm == pytest.approx(40)
+
+
+def test_motion_sideways_is_motion() -> None:
+    """A move moves by each of its parts, and the way is that of the robot's middle."""
+    move = frame(1.0) | {"type": "move", "left": 0, "right": 0, "linear": 0, "angular": 0}
+    turning = {"left": 0, "right": 848, "back_left": 848, "back_right": 0}
+    back = {"left": 0, "right": 0, "back_left": 0, "back_right": 9}
+    seen = record(move | {"lateral": 600}, wheels(1.0, 0) | turning, move | {"lateral": 0})
+    first, last = seen.frames
+    assert (first.moves, first.speeds) == (True, (0, 0, 0, 600, 0))
+    assert not last.moves
+    seen.take([wheels(1.1, 0) | back])
+    assert seen.stopping(1.0, 2.0).travelled_mm is None
+    seen.take([wheels(1.2, 0) | dict.fromkeys(back, 0)])
+    found = seen.stopping(1.05, 2.0).travelled_mm
+    assert found == pytest.approx(math.hypot(424, 424) * 0.05 + 3.18 * 0.1, abs=0.1)
+    omni = record(wheels(1.0, 0) | {"left": -250, "right": 250, "back": 500})
+    assert omni.wheels[0].faster_mmps == pytest.approx(500)
 
 
 def test_motion_after_a_stop_is_counted() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.driver.hand import HandReading
-from wax.robot.hand.line import LENGTH, RESTART_S, HandDecoder, encode
+from wax.robot.hand.line import ASIDE_LENGTH, LENGTH, RESTART_S, HandDecoder, encode
 
 REST = HandReading(5.0)
 
@@ -23,6 +24,7 @@ readings = st.builds(
     is_held=st.booleans(),
     stop=st.booleans(),
     ask=st.sampled_from([None, "wait", "go_on", "left", "right"]),
+    lateral=st.one_of(st.just(0.0), sticks),
 )
 
 
@@ -48,10 +50,37 @@ def test_readings_survive_encoding(sent: list[HandReading], piece: int) -> None:
 @given(readings, st.integers(0, 8 * LENGTH - 1), st.integers(0, 8 * LENGTH - 1))
 def test_a_damaged_frame_is_dropped(reading: HandReading, one: int, other: int) -> None:
     """One or two flipped bits are always detected, and the next frame is decoded."""
-    damaged = bytearray(encode(reading, 1))
+    damaged = bytearray(encode(replace(reading, lateral=0.0), 1))
     for bit in {one, other}:
         damaged[bit // 8] ^= 1 << bit % 8
     assert HandDecoder().feed(bytes(damaged) + encode(REST, 2), 5.0) == [REST]
+
+
+def test_sideways_comes_before_its_frame() -> None:
+    """The bytes of a frame are as without it, and so is the reading where these are left out."""
+    reading = HandReading(5.0, linear=1.0, angular=-0.5, is_held=True, ask="left", lateral=-0.4)
+    wire = encode(reading, 258)
+    assert wire.hex() == "a55c02d8276af7" + "a55b0264ce11eed7f8"
+    assert HandDecoder().feed(wire, 5.0) == [reading]
+    assert HandDecoder().feed(wire[ASIDE_LENGTH:], 5.0) == [replace(reading, lateral=0.0)]
+
+
+@given(readings, st.integers(0, 8 * ASIDE_LENGTH - 1), st.integers(0, 8 * ASIDE_LENGTH - 1))
+def test_damaged_bytes_never_ask_for_sideways(reading: HandReading, one: int, other: int) -> None:
+    """One or two flipped bits leave the stick at rest, and the frame behind them intact."""
+    wire = bytearray(encode(replace(reading, lateral=0.7), 1))
+    for bit in {one, other}:
+        wire[bit // 8] ^= 1 << bit % 8
+    assert HandDecoder().feed(bytes(wire), 5.0) == [replace(reading, lateral=0.0)]
+
+
+@pytest.mark.parametrize("between", [b"\0", encode(REST, 1)[:4], encode(REST, 1)])
+def test_sideways_is_of_the_frame_behind_it(between: bytes) -> None:
+    """Bytes of another number, or not directly before a frame, ask for nothing."""
+    asks = replace(REST, lateral=1.0)
+    aside = encode(asks, 2)[:ASIDE_LENGTH]
+    assert HandDecoder().feed(aside + encode(REST, 3), 5.0) == [REST]
+    assert HandDecoder().feed(aside + between + encode(REST, 2), 5.0)[-1] == REST
 
 
 @given(st.binary(max_size=200))

@@ -74,12 +74,11 @@ class Bystander:
 def speeds_ms(frames: Sequence[Seen]) -> list[float]:
     """Return when the board was given a new speed."""
     told: list[float] = []
-    before: tuple[int, int] | None = None
+    before: tuple[int, ...] | None = None
     for frame in frames:
-        speed = frame.left_mmps, frame.right_mmps
-        if frame.taken and speed != before:
+        if frame.taken and frame.speeds != before:
             told.append(unix_ms(frame.at_s))
-            before = speed
+            before = frame.speeds
     return told
 
 

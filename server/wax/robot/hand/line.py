@@ -17,6 +17,17 @@ offset size   what
               with FFFF, no final xor
 ====== ====== ==============================================================================
 
+A control that can ask for sideways sends 7 bytes more, directly before the frame that they belong
+to; without them that stick is at rest. A server that does not know them skips them:
+
+====== ====== ==============================================================================
+0      2      start: A5 5C
+2      1      number of the frame
+3      1      int8 stick, sideways to the left is positive: -100 to 100
+4      1      the byte before it, inverted
+5      2      CRC-16 of bytes 2 to 4, as above
+====== ====== ==============================================================================
+
 The control must read Stop from a contact that opens when pressed, so that a broken wire stops.
 A frame with a wrong CRC or inverse is ignored, and so is one whose number is not newer (an 8-bit
 difference of 1 to 127) than that of the frame before it, unless a second has passed without a
@@ -37,6 +48,8 @@ if TYPE_CHECKING:
 
 START: Final = b"\xa5\x5b"
 LENGTH: Final = 9
+ASIDE: Final = b"\xa5\x5c"
+ASIDE_LENGTH: Final = 7
 STICK_SCALE: Final = 100
 
 HELD, STOP = 1, 2
@@ -61,18 +74,25 @@ def encode(reading: HandReading, number: int) -> bytes:
             ~buttons & 0xFF,
         ]
     )
-    return START + body + _crc(body)
+    frame = START + body + _crc(body)
+    if reading.lateral == 0.0:
+        return frame
+    lateral = round(reading.lateral * STICK_SCALE) & 0xFF
+    aside = bytes([number & 0xFF, lateral, ~lateral & 0xFF])
+    return ASIDE + aside + _crc(aside) + frame
 
 
 class HandDecoder:
     """Finds frames in a stream of bytes; never raises, keeps at most one unfinished frame.
 
+    It also keeps the few bytes before that, which may belong to it.
     `errors` counts bytes that began like a frame but were none.
     """
 
     def __init__(self) -> None:
         self.errors = 0
         self._rest = b""
+        self._searched = 0  # so many bytes of the rest
         self._number = 0
         self._at_s = -math.inf
 
@@ -83,7 +103,7 @@ class HandDecoder:
         """
         stream = self._rest + data
         readings = []
-        at = 0
+        at = self._searched
         while (at := stream.find(START, at)) >= 0 and len(stream) - at >= LENGTH:
             frame = stream[at : at + LENGTH]
             if not _holds(frame):
@@ -92,10 +112,13 @@ class HandDecoder:
                 continue
             if 0 < (frame[2] - self._number) & 0xFF < 128 or now_s - self._at_s >= RESTART_S:
                 self._number, self._at_s = frame[2], now_s
-                readings.append(_parse(frame, now_s))
+                lateral = _aside(stream[max(0, at - ASIDE_LENGTH) : at], frame[2])
+                readings.append(_parse(frame, lateral, now_s))
             at += LENGTH
-        # Without a complete start marker, only its first byte can belong to the next frame.
-        self._rest = stream[at:] if at >= 0 else stream[-1:] * stream.endswith(START[:1])
+        if at < 0:  # without a complete start marker, only its first byte can belong to a frame
+            at = len(stream) - stream.endswith(START[:1])
+        self._searched = min(at, ASIDE_LENGTH)
+        self._rest = stream[at - self._searched :]
         return readings
 
 
@@ -104,7 +127,15 @@ def _holds(frame: bytes) -> bool:
     return _crc(frame[2:7]) == frame[7:] and buttons == ~inverse & 0xFF and buttons <= _BUTTONS
 
 
-def _parse(frame: bytes, now_s: float) -> HandReading:
+def _aside(before: bytes, number: int) -> float:
+    """Return the stick sideways by the bytes before a frame, 0 if they are others."""
+    body = before[2:5]
+    if not before.startswith(ASIDE) or _crc(body) != before[5:] or body[0] != number:
+        return 0.0
+    return _signed(body[1]) / STICK_SCALE if body[1] == ~body[2] & 0xFF else 0.0
+
+
+def _parse(frame: bytes, lateral: float, now_s: float) -> HandReading:
     buttons = frame[5]
     return HandReading(
         at_s=now_s,
@@ -113,6 +144,7 @@ def _parse(frame: bytes, now_s: float) -> HandReading:
         is_held=bool(buttons & HELD),
         stop=bool(buttons & STOP),
         ask=next((ask for ask, bit in ASKS.items() if buttons & bit), None),
+        lateral=lateral,
     )
 
 
