@@ -1,7 +1,7 @@
 import "../style/path.css";
 import { useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import type { Motion } from "../drive/inputState";
+import { isMoving } from "../drive/inputState";
 import type { State } from "../state";
 import { useState } from "../view/context";
 import { STALE_MS } from "../view/live";
@@ -31,7 +31,7 @@ export function PathArc() {
     return () => painter.current?.stop();
   }, [state]);
   useSignalEffect(() => {
-    const isMoved = state.mayMove.value && isPushed(state.motion.value);
+    const isMoved = state.mayMove.value && isMoving(state.motion.value);
     if (isMoved) painter.current?.start();
   });
   return (
@@ -97,7 +97,7 @@ class Painter {
       commandMs: (roundTripMs ?? 0) / 2 + HANDLING_MS,
     };
     const prediction = predict(this.#history, nowMs, delays, robot.motion.braking_mps2);
-    const isHeld = mayMove.peek() && isPushed(motion.peek());
+    const isHeld = mayMove.peek() && isMoving(motion.peek());
     if (!prediction && !isHeld) {
       this.stop();
       return;
@@ -108,10 +108,6 @@ class Painter {
     this.show(arc || null);
     this.#next();
   }
-}
-
-function isPushed({ linear, angular, lateral = 0 }: Motion): boolean {
-  return linear !== 0 || angular !== 0 || lateral !== 0;
 }
 
 function rampOf(motion: { acceleration_mps2: number; acceleration_rps2: number }): Ramp {
