@@ -64,7 +64,7 @@ class Scene:
             await random_phase()
             return True
         self.operator.is_silent = False
-        await self.stage.drive(self.operator)
+        await self.stage.drive(self.operator, self.kind.way)
         if not self._sees:
             return True
         is_fast = await self.stage.at_full_speed()

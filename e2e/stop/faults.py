@@ -17,7 +17,7 @@ from e2e.stop.fault import Fault, at_once
 from e2e.stop.flooder import WAYS, flooded, press_stop, release_stop
 from e2e.stop.hand import PAUSE_S, HandControl
 from e2e.stop.relay import Relay
-from e2e.stop.robots import KINDS, OTHERS
+from e2e.stop.robots import KINDS, MECANUM, OTHERS
 from e2e.stop.stage import STOPS_AT_EACH_TRIAL, random_phase
 
 if TYPE_CHECKING:
@@ -135,15 +135,23 @@ _FLOOD: Final = Fault(
     look_s=0.15,
 )
 
+_NETWORK: Final = Fault(
+    "network-vanishes",
+    "operator's network vanishes at full speed: last packet that arrived → stop frame",
+    *(_cut_network, _mend_network),
+    prop=_behind_a_relay,
+    at_full_speed=True,
+    resumes=True,
+    minutes=2.3,
+)
+
 FAULTS: Final = (
-    Fault(
-        "network-vanishes",
-        "operator's network vanishes at full speed: last packet that arrived → stop frame",
-        *(_cut_network, _mend_network),
-        prop=_behind_a_relay,
-        at_full_speed=True,
-        resumes=True,
-        minutes=2.3,
+    _NETWORK,
+    replace(
+        _NETWORK,
+        key="network-vanishes: sideways",
+        what="… a mecanum board at full diagonal speed: last packet that arrived → stop frame",
+        kinds=(MECANUM,),
     ),
     Fault(
         "browser-frozen",

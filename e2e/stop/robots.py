@@ -203,7 +203,7 @@ class Kind:
 
     The robot stops by its own timeout of `time_out_ms`, or because a standby tells it to; where
     both are missing, the pins are cleared with the process. Only `is_linked` kinds have a link that
-    can be cut.
+    can be cut. Its operator holds `way`: ahead, turning and sideways, as shares of the limits.
     """
 
     key: str
@@ -212,6 +212,7 @@ class Kind:
     time_out_ms: float | None = None
     has_standby: bool = False
     is_linked: bool = True
+    way: tuple[float, ...] = (1.0,)
 
     @property
     def missing(self) -> str:
@@ -225,7 +226,11 @@ class Kind:
 
 BOARD: Final = Kind("firmware", "our firmware", firmware, 180.0)
 MECANUM: Final = Kind(
-    "firmware-mecanum", "our firmware, mecanum wheels", partial(firmware, base="mecanum"), 180.0
+    "firmware-mecanum",
+    "our firmware, mecanum wheels",
+    partial(firmware, base="mecanum"),
+    180.0,
+    way=(1.0, 0.0, 1.0),
 )
 """Only for faults that need a robot that moves sideways."""
 OTHERS: Final = (

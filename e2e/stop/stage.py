@@ -27,7 +27,7 @@ from e2e.measure.errors import MeasureError
 from e2e.stop.record import Record
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping
+    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping, Sequence
 
     from e2e.load.crowd.crowd import Crowd
     from e2e.stop.operator import RawOperator
@@ -195,13 +195,16 @@ class Stage:
             await asyncio.sleep(0.005)
         return False
 
-    async def drive(self, operator: RawOperator) -> None:
-        """Release, press again, and return at random phase while the robot moves."""
+    async def drive(self, operator: RawOperator, way: Sequence[float] = (1.0,)) -> None:
+        """Release, press again, and return at random phase while the robot moves.
+
+        `way` is what the operator holds: ahead, turning and sideways, as shares of the limits.
+        """
 
         async def press() -> None:
             operator.let_go()
             await asyncio.sleep(0.06)
-            operator.steer(1.0)
+            operator.steer(*way)
 
         await self.moving(press)
         await random_phase()
