@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import TYPE_CHECKING
 
 import pytest
 
 from wax.config.drive import DriveSettings
+from wax.config.local import LocalSettings
 from wax.config.robot import RobotSettings
+from wax.control.local_hand import HandRules
 from wax.control.rules import Rules
 from wax.driver.interface import Limits
+
+if TYPE_CHECKING:
+    from wax.config.bases import Base
 
 DRIVE = DriveSettings(
     loop_hz=40.0,
@@ -47,6 +53,17 @@ def test_rules_are_in_the_units_of_control() -> None:
         acceleration_rps2=5.0,
         braking_rps2=12.5,
     )
+
+
+@pytest.mark.parametrize(
+    ("base", "expected_rps2"), [("differential", 12.5), ("mecanum", 5.0), ("omni", 10.0)]
+)
+def test_a_base_brakes_its_turning_at_its_own_lever(base: Base, expected_rps2: float) -> None:
+    """Operator and person aboard slow down a turn as fast as this base's wheels brake."""
+    sizes = {"base": base, "axle_base_m": 0.6, "omni_radius_m": 0.25}
+    robot = ROBOT.model_copy(update=sizes)
+    hand = HandRules.of(LocalSettings(), robot, 0.02)
+    assert Rules.of(DRIVE, robot, LIMITS).braking_rps2 == hand.braking_rps2 == expected_rps2
 
 
 def test_a_rule_that_is_a_key_has_its_value() -> None:

@@ -63,11 +63,7 @@ class WheelGeometry:
         inverted = {"left": settings.invert_left, "right": settings.invert_right}
         self.signs = {name: -1.0 if inverted.get(_side(name)) else 1.0 for name in self.names}
         self._wheels = _WHEELS[base]
-        self._lever_m = {
-            "differential": settings.wheel_base_m / 2.0,
-            "mecanum": (settings.wheel_base_m + settings.axle_base_m) / 2.0,
-            "omni": settings.omni_radius_m,
-        }[base]
+        self._lever_m = settings.lever_m(base)
 
     def speeds_mps(self, twist: Twist) -> dict[str, float]:
         """Return how fast each wheel rolls, forward positive before any inversion."""

@@ -130,8 +130,11 @@ class GpioSettings(DriverSettings):
                     f"{name} has {len(pins)} pins; a motor on {bridge} has {PINS_OF[bridge]}"
                 )
         for name in (wheel for wheel in WHEELS if wheel not in wheels):
-            for key in self.model_fields_set & {name, f"{name}_encoder"}:
-                raise ValueError(f"{key} is no wheel beside {' and '.join(wheels)}; leave it out")
+            for key in (name, f"{name}_encoder"):
+                if getattr(self, key) != type(self).model_fields[key].default:
+                    raise ValueError(
+                        f"{key} is no wheel beside {' and '.join(wheels)}; leave it out"
+                    )
         without = [f"{wheel}_encoder" for wheel, pins in self.encoders.items() if not pins]
         if without and len(without) != len(wheels):
             raise ValueError(f"{without[0]} is missing; all wheels have an encoder, or none has")
