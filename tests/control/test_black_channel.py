@@ -24,6 +24,7 @@ from cryptography.exceptions import InvalidTag
 from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from tests.bad_channel import ERRORS, Tally, run
 from tests.control.rules import RULES, VOUCHED
+from tests.control.velocity import is_same
 
 from wax.control import gate, stop_latch
 from wax.control.beats import Beats
@@ -468,7 +469,7 @@ def judged(setpoint: Setpoint, rightful: Sent | None, tally: Tally) -> str | Non
             lateral / over * limits.lateral_mps,
         )
         axes = {} if rightful.pan is None else {"pan": rightful.pan}
-    if (setpoint.twist, dict(setpoint.axes)) != (twist, axes):
+    if not is_same(setpoint.twist, twist) or dict(setpoint.axes) != axes:
         return f"another motion than was asked for: {setpoint} instead of {rightful}"
     tally.happened["moved"] += setpoint.twist != STANDSTILL
     tally.happened["sideways"] += setpoint.twist.lateral_mps != 0.0

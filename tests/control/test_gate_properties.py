@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 
 from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.control.rules import RULES, VOUCHED
-from tests.control.velocity import fraction, gained, velocity
+from tests.control.velocity import fraction, gained, is_same, velocity
 from tests.examples import examples
 
 from wax.control import gate, ramp, stop_latch
@@ -177,14 +177,6 @@ def expected(command: Command, sight: str) -> Twist:
         shares[0].real * LIMITS.linear_mps,
         shares[1].real * LIMITS.angular_rps,
         shares[0].imag * LIMITS.lateral_mps,
-    )
-
-
-def is_same(twist: Twist, other: Twist) -> bool:
-    """Whether two twists are equal but for rounding; a part that is 0 must be 0 in both."""
-    return all(
-        math.isclose(one, two, rel_tol=1e-12, abs_tol=1e-300 if one and two else 0.0)
-        for one, two in zip(astuple(twist), astuple(other), strict=True)
     )
 
 

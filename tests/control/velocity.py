@@ -5,6 +5,8 @@ The oracles calculate with it, while the server's code has two floats.
 
 from __future__ import annotations
 
+import math
+from dataclasses import astuple
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -26,3 +28,11 @@ def fraction(twist: Twist, limits: Limits) -> float:
     """Return the length of a twist's velocity as a fraction of the limit in its direction."""
     parts = ((twist.linear_mps, limits.linear_mps), (twist.lateral_mps, limits.lateral_mps))
     return abs(complex(*(part / most if part else 0.0 for part, most in parts)))
+
+
+def is_same(twist: Twist, other: Twist) -> bool:
+    """Whether two twists are equal but for rounding; a part that is 0 must be 0 in both."""
+    return all(
+        math.isclose(one, two, rel_tol=1e-12, abs_tol=1e-300 if one and two else 0.0)
+        for one, two in zip(astuple(twist), astuple(other), strict=True)
+    )

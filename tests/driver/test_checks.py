@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import astuple, replace
 from typing import Any
 
@@ -72,6 +73,16 @@ def test_a_state_passes_as_it_is() -> None:
     for ttl_s in (None, 0, 0.5):
         state = RobotState(connected=True, bumpers=2, ttl_s=ttl_s)
         assert checked(state) is state
+
+
+def test_a_state_may_have_as_many_gauges_as_are_allowed() -> None:
+    """Up to `MAX_GAUGES`, with any finite number, pass as they are; one more is refused."""
+    gauges = {f"g{number}": sys.float_info.max * (-1) ** number for number in range(32)}
+    state = RobotState(connected=True, gauges=gauges)
+    assert checked(state) is state
+    for wrong in (gauges | {"more": 0.0}, {7: 0.0}):
+        with pytest.raises(TypeError, match="for gauges, not at most 32 numbers by name"):
+            checked(replace(state, gauges=wrong))  # type: ignore[arg-type]  # as a plug-in may
 
 
 @pytest.mark.parametrize(

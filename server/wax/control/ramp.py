@@ -64,7 +64,7 @@ def _vector(
     From standstill the direction is that of `target` from the first step.
     """
     speed = math.hypot(*now)
-    way = (now[0] / speed, now[1] / speed) if speed else (0.0, 0.0)
+    way = (now[0] / speed, now[1] / speed) if speed else now
     kept = max(0.0, min(speed, target[0] * way[0] + target[1] * way[1]))
     slowing_s = (speed - kept) / slower
     if slowing_s > after_s:
