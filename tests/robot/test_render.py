@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -90,6 +91,25 @@ def test_the_same_pose_is_the_same_picture() -> None:
     assert np.array_equal(image, second.draw(WORLD.start))
     moved = Pose(WORLD.start.x_m + 0.1, WORLD.start.y_m, WORLD.start.heading_rad)
     assert np.mean(image != first.draw(moved)) > 0.05
+
+
+def test_each_colour_is_looked_up_once(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The atlas is read once, whatever stands before a wall, and not at all for the same place."""
+    looked_up: list[int] = []
+    remap = cv2.remap
+
+    def counted(image: NDArray[np.uint8], *rest: Any, **options: Any) -> cv2.typing.MatLike:
+        looked_up.append(image.ndim)
+        return remap(image, *rest, **options)
+
+    monkeypatch.setattr(cv2, "remap", counted)
+    pose = Pose(4.0, 1.0, 2.0)
+    first = renderer.draw(pose).copy()
+    assert looked_up.count(3) == 1
+    assert np.array_equal(renderer.draw(pose), first)
+    assert looked_up.count(3) == 1
+    renderer.draw(pose, 0.1)
+    assert looked_up.count(3) == 2
 
 
 @pytest.mark.parametrize(("width", "height"), [(32, 32), (160, 120), (800, 200), (202, 602)])

@@ -66,6 +66,8 @@ TRIM: Final[Colour] = (66, 94, 128)
 """The frame round every doorway."""
 
 SIDE_PX = 96
+LEAVES_PX = 2 * SIDE_PX
+TOP_LIGHT: Final = 1.08
 
 
 def colour(material: str) -> Colour:
@@ -115,7 +117,12 @@ def floor(finish: str, width: int, height: int, px_per_m: float) -> NDArray[np.u
 
 
 def side(material: str) -> NDArray[np.uint8]:
-    """Paint the side of a material's box or cylinder, `SIDE_PX` square."""
+    """Paint the side of a material's box or cylinder, `SIDE_PX` or `LEAVES_PX` square.
+
+    A plant's has a fourth channel, which is 255 where there is a leaf and 0 elsewhere.
+    """
+    if material == "leaves":
+        return _leaves()
     image = plain(SIDE_PX, SIDE_PX, colour(material))
     detail = _DETAILS.get(material) or _DETAILS.get(material.rpartition(" ")[2])
     if detail is not None:
@@ -123,9 +130,13 @@ def side(material: str) -> NDArray[np.uint8]:
     return image
 
 
-def leaves() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Paint a plant's leaves: the colours, and a mask that is 255 where there is a leaf."""
-    n = SIDE_PX * 2
+def top(material: str) -> NDArray[np.uint8]:
+    """Paint the top of a material's box: one colour, a little brighter than its sides."""
+    return plain(8, 8, _shade(colour(material), TOP_LIGHT))
+
+
+def _leaves() -> NDArray[np.uint8]:
+    n = LEAVES_PX
     image, mask = plain(n, n, colour("leaves")), np.zeros((n, n), np.uint8)
     rng = np.random.default_rng(7)
     foot = np.array([n / 2, n * 0.98])
@@ -139,7 +150,7 @@ def leaves() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         green = (int(rng.integers(44, 84)), int(rng.integers(112, 178)), int(rng.integers(48, 92)))
         cv2.ellipse(image, middle, axes, tilt, 0, 360, green, -1, cv2.LINE_AA)
         cv2.ellipse(mask, middle, axes, tilt, 0, 360, 255, -1)
-    return image, mask
+    return np.dstack((image, mask))
 
 
 def _shade(base: Colour, factor: float) -> Colour:

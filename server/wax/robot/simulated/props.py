@@ -1,32 +1,34 @@
-"""Paints furniture, doors, pillars and plants over the walls, from far to near (pure)."""
+"""Places furniture, doors, pillars and plants over the walls, from far to near (pure)."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import cv2
 import numpy as np
 
-from wax.robot.simulated import paint
+from wax.robot.simulated import atlas, paint
 from wax.robot.simulated import view as sight
+from wax.robot.simulated.lookup import Strip
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from wax.robot.simulated.atlas import Atlas
+    from wax.robot.simulated.lookup import Lookup
     from wax.robot.simulated.view import View
     from wax.robot.simulated.world import Cylinder, World
 
-_TEXTURE_LEVELS = 4
+_MIDDLE_PX = 4.0
+"""Within the picture of a top, which has one colour."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Patch:
-    """Painted in columns from `first`: rows `top` to `bottom` of each column, where `seen`.
+    """Covers columns from `first`: rows `top` to `bottom` of each column, where `seen`.
 
     `u` is the share of the texture's width, None for a plain face. The patch with the largest
-    `order` is painted first.
+    `order` is placed first.
     """
 
     order: float
@@ -42,23 +44,20 @@ class _Patch:
 class Props:
     """Everything in a world except its walls."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, baked: Atlas) -> None:
+        self._atlas = baked
         self._boxes = world.boxes
         self._cylinders = world.cylinders
         edges = [(b.x0, b.y0, b.x1, b.y1) for b in world.boxes]
         self._edges = np.array(edges, np.float32).reshape(-1, 4)
-        names = {b.material for b in world.boxes} | {c.material for c in world.cylinders}
-        self._sides = {name: _halves(paint.side(name)) for name in names}
-        leaf_image, leaf_mask = paint.leaves()
-        self._leaves, self._leaf_masks = _halves(leaf_image), _halves(leaf_mask)
 
-    def paint(self, frame: NDArray[np.uint8], view: View, wall_depth: NDArray[np.float32]) -> None:
-        """Paint what `view` shows of it into `frame`; nearer walls hide it."""
+    def put(self, lookup: Lookup, view: View, wall_depth: NDArray[np.float32]) -> None:
+        """Place what `view` shows of it; nearer walls hide it."""
         patches = self._box_patches(view, wall_depth)
         for tube in self._cylinders:
             patches += _cylinder_patches(tube, view, wall_depth)
         for patch in sorted(patches, key=lambda patch: -patch.order):
-            self._paint(frame, patch)
+            lookup.put(self._strip(patch), has_holes=patch.material == "leaves")
 
     def _box_patches(self, view: View, wall_depth: NDArray[np.float32]) -> list[_Patch]:
         ahead = _ahead(self._edges, view)
@@ -122,57 +121,45 @@ class Props:
                     top=view.row(z, leave if above else near),
                     bottom=view.row(z, near if above else leave),
                     seen=hit,
-                    shade=sight.fade(near) * np.float32(1.08 if above else 0.55),
+                    shade=sight.fade(near) * np.float32(1.0 if above else 0.55 / paint.TOP_LIGHT),
                     material=box.material,
                     u=None,
                 )
             )
         return patches
 
-    def _paint(self, frame: NDArray[np.uint8], patch: _Patch) -> None:
-        tops, bottoms = patch.top[patch.seen], patch.bottom[patch.seen]
-        low = max(0, math.floor(tops.min()))
-        high = min(frame.shape[0], math.ceil(bottoms.max()))
-        if low >= high:
-            return
-        rows = np.arange(low, high, dtype=np.float32)[:, None] + np.float32(0.5)
-        area = frame[low:high, patch.first : patch.first + len(patch.top)]
-        mask = ((rows >= patch.top) & (rows < patch.bottom) & patch.seen).view(np.uint8)
+    def _strip(self, patch: _Patch) -> Strip:
+        tall = patch.bottom - patch.top
         if patch.u is None:
-            colours = np.outer(patch.shade, paint.colour(patch.material))
-            line = np.minimum(255.0, colours).astype(np.uint8)[None]
-            cv2.copyTo(cv2.repeat(line, high - low, 1), mask, area)
-            return
-        tall = float((bottoms - tops).max())
-        level = round(math.log2(paint.SIDE_PX / max(tall, 1.0)))
-        level = min(_TEXTURE_LEVELS - 1, max(0, level))
-        leafy = patch.material == "leaves"
-        texture = (self._leaves if leafy else self._sides[patch.material])[level]
-        v = (rows - patch.top) * (texture.shape[0] / np.maximum(patch.bottom - patch.top, 1e-3))
-        v = np.asarray(v - 0.5, np.float32)
-        u = cv2.repeat(
-            np.asarray(patch.u * texture.shape[1] - 0.5, np.float32)[None], high - low, 1
+            corner = self._atlas.tops[patch.material][0] + _MIDDLE_PX
+            u, v = np.full(len(tall), corner[0], np.float32), float(corner[1])
+            slope = np.zeros(len(tall), np.float32)
+        else:
+            whole_px = paint.LEAVES_PX if patch.material == "leaves" else paint.SIDE_PX
+            tallest = np.maximum(tall[patch.seen].max(), np.float32(1.0))
+            level = int(atlas.level(paint.SIDE_PX / tallest))
+            corner = self._atlas.sides[patch.material][level]
+            size = np.float32(whole_px >> level)
+            u, v = corner[0] + patch.u * size, float(corner[1])
+            slope = size / np.maximum(tall, np.float32(1e-3))
+        return Strip(
+            first=patch.first,
+            top=patch.top,
+            bottom=patch.bottom,
+            seen=patch.seen,
+            u=np.asarray(u, np.float32),
+            v=v,
+            slope=slope,
+            shade=patch.shade,
         )
-        dim = np.minimum(255.0, 255.0 * patch.shade).astype(np.uint8)
-        dims = cv2.repeat(cv2.merge((dim, dim, dim)).reshape(1, -1, 3), high - low, 1)
-        image = cv2.multiply(_look_up(texture, u, v), dims, scale=1.0 / 255.0)
-        if leafy:
-            mask &= (_look_up(self._leaf_masks[level], u, v) > 127).view(np.uint8)
-        cv2.copyTo(image, mask, area)
-
-
-def _look_up(
-    texture: NDArray[np.uint8], u: cv2.typing.MatLike, v: cv2.typing.MatLike
-) -> NDArray[np.uint8]:
-    found = cv2.remap(texture, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(found, np.uint8)
 
 
 def _cylinder_patches(tube: Cylinder, view: View, wall_depth: NDArray[np.float32]) -> list[_Patch]:
     east, north = tube.x - view.eye_x, tube.y - view.eye_y
     ahead = east * view.ahead_x + north * view.ahead_y
     aside = east * view.ahead_y - north * view.ahead_x
-    if ahead < sight.NEAR_M - tube.radius:
+    edge = float(view.aside[-1])
+    if ahead < sight.NEAR_M - tube.radius or _is_beside(ahead, abs(aside), tube.radius, edge):
         return []
     if tube.leafy:
         depth = np.full(view.width, max(ahead, 0.15), np.float32)
@@ -214,15 +201,10 @@ def _ahead(edges: NDArray[np.float32], view: View) -> NDArray[np.bool_]:
     radius = np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) / 2.0
     ahead = east * view.ahead_x + north * view.ahead_y
     aside = np.abs(east * view.ahead_y - north * view.ahead_x)
-    edge = float(np.abs(view.aside).max())
-    inside = aside - radius * (1.0 + edge) < (ahead + radius) * edge
-    return np.asarray((ahead > -radius) & inside)
+    edge = float(view.aside[-1])
+    return np.asarray((ahead > -radius) & ~_is_beside(ahead, aside, radius, edge))
 
 
-def _halves(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
-    images = [image]
-    for _ in range(_TEXTURE_LEVELS - 1):
-        last = images[-1]
-        half = (last.shape[1] // 2, last.shape[0] // 2)
-        images.append(np.asarray(cv2.resize(last, half, interpolation=cv2.INTER_AREA), np.uint8))
-    return images
+def _is_beside(ahead: Any, aside: Any, radius: Any, edge: float) -> Any:
+    """Return whether what is so far off the line of sight cannot be in the picture's `edge`."""
+    return aside - radius * (1.0 + edge) >= (ahead + radius) * edge
