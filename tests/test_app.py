@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
 import aiohttp
+import cv2
 import numpy as np
 import pytest
 from structlog.testing import capture_logs
@@ -154,6 +155,7 @@ async def test_it_serves_until_it_is_stopped(
     video = status["streams"]["video"]
     assert (video["problem"], video["dropped"], video["wanted"]) == (None, 0, [])
     assert video["captured_fps"] < 10  # nobody needs it
+    assert cv2.getNumThreads() == 1
     assert video["encoder"] == {"chosen": "libvpx", "ms": {}, "refused": {}, "failed": {}}
     audio = status["streams"]["audio"]
     assert (audio["failures"], audio["cut_ms"]) == (0, 0)

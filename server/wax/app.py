@@ -31,7 +31,7 @@ from wax.errors import StartError
 from wax.fanout.sound_hub import SoundHub
 from wax.hooks.hooks import Hooks
 from wax.house.house import House
-from wax.machine import cores, memory
+from wax.machine import cores, memory, opencv
 from wax.machine.service_manager import ServiceManager
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
@@ -144,6 +144,7 @@ class App:
         try:
             await self._start()
             memory.settle()
+            opencv.keep_in_one_thread()
             self._service_manager.ready()
             on_ready(self._entrance.port)
             self._parts.keeper.event_maker.ready(__version__)

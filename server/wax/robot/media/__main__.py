@@ -21,6 +21,7 @@ from wax.clock import SystemClock
 from wax.config.camera import CameraSettings
 from wax.config.video import DrivingViewSettings
 from wax.errors import ConfigError, SourceError
+from wax.machine import opencv
 from wax.robot.build_driver import make_driver
 from wax.robot.media.messages import MediaBegin
 from wax.robot.media.outlets import CameraOutlet, MicrophoneOutlet, SpeakerOutlet
@@ -58,6 +59,7 @@ def main() -> int:
         return 0
     begin = MediaBegin.model_validate_json(line)
     log_as(begin.log, "the robot's camera")
+    opencv.keep_in_one_thread()
     clock = SystemClock()
     robot = _Robot(begin, clock)
     outlets = [_outlet(one, robot, clock) for one in begin.outlets]
