@@ -42,7 +42,7 @@ def changes(frames: Iterable[Seen]) -> list[Change]:
     found: list[Change] = []
     moving = False
     for frame in frames:
-        if frame.taken and frame.kind in {"drive", "stop"} and frame.moves is not moving:
+        if frame.taken and frame.kind in {"drive", "move", "stop"} and frame.moves is not moving:
             moving = frame.moves
             found.append(Change(at_ms=frame.at_s * 1000, moving=moving))
     return found

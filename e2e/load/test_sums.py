@@ -22,7 +22,7 @@ from e2e.stop.imagined_record import record
 if TYPE_CHECKING:
     from e2e.stop.record import Record
 
-KEY, STICK, PAD = WAYS
+KEY, SIDEWAYS, STICK, PAD = WAYS
 
 
 def frame(kind: str, left: int = 0, right: int = 0, verdict: str = "taken") -> dict[str, Any]:
@@ -41,6 +41,9 @@ def test_only_a_change_of_motion_counts() -> None:
     late, same = frame("drive", 9, 9, "late"), frame("drive", 9, 9)
     told = recorded(*start, late, same, same, frame("drive", 5, 9), frame("stop"), frame("stop"))
     assert changes(told.frames) == [Change(5000.0, moving=True), Change(8000.0, moving=False)]
+    aside = frame("move") | {"linear": 0, "lateral": 9, "angular": 0}
+    told = recorded(*start[:3], aside, frame("stop"))
+    assert changes(told.frames) == [Change(3000.0, moving=True), Change(4000.0, moving=False)]
 
 
 def test_each_stroke_is_answered_by_the_first_change_after_it() -> None:

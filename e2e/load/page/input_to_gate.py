@@ -35,7 +35,7 @@ async def input_to_gate(way: Way, n: int) -> list[Row]:
     The measurement ends after the gate: with the whole frame on the serial line.
     """
     with TemporaryDirectory(prefix="wax-load-") as folder:
-        async with Board(Path(folder)) as board:
+        async with Board(Path(folder), base=way.base) as board:
             strokes, told_ms, error_ms = await _made(way, {"robot": board.robot}, n)
             record = Record(board.log_path)
             record.read()

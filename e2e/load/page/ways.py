@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Sequence
 
     from e2e.harness.viewer import Viewer
+    from wax.config.bases import Base
 
-_KEY: Final = "ArrowUp"
+_AHEAD: Final = "ArrowUp"
+_LEFT: Final = "KeyQ"
 _PUSH: Final = """
 ([kind, ahead]) => {
   const now = performance.now();
@@ -41,7 +43,8 @@ class Hand(NamedTuple):
 class Way:
     """`downs` and `ups` are the browser's events that begin and end a press.
 
-    `reaches` prepares the page that drives, and returns the hand.
+    `reaches` prepares the page that drives, and returns the hand. `code` is the key, where it is
+    one, and `base` the robot's.
     """
 
     key: str
@@ -50,6 +53,8 @@ class Way:
     ups: str
     reaches: Callable[[Viewer], Awaitable[Hand]]
     is_touched: bool = False
+    code: str = _AHEAD
+    base: Base = "differential"
 
     def strokes(self, noted: Sequence[Sequence[Any]]) -> list[Stroke]:
         """Return when presses began and ended, as noted; the first of several events counts."""
@@ -64,16 +69,16 @@ class Way:
         found: list[Sequence[Any]] = []
         for one in noted:
             kind, code, *_ = one
-            if kind not in (self.downs, self.ups) or (code and code != _KEY):
+            if kind not in (self.downs, self.ups) or (code and code != self.code):
                 continue
             if (kind == self.downs) is not bool(found and found[-1][0] == self.downs):
                 found.append(one)
         return found
 
 
-async def _key(viewer: Viewer) -> Hand:
+async def _key(viewer: Viewer, *, code: str = _AHEAD) -> Hand:
     keyboard = viewer.page.keyboard
-    return Hand(partial(keyboard.down, _KEY), partial(keyboard.up, _KEY))
+    return Hand(partial(keyboard.down, code), partial(keyboard.up, code))
 
 
 async def _joystick(viewer: Viewer) -> Hand:
@@ -103,6 +108,15 @@ async def _gamepad(viewer: Viewer) -> Hand:
 _TOUCH: Final = ("pointermove", "pointerup")
 WAYS: Final = (
     Way("key", "a key", "keydown", "keyup", _key),
+    Way(
+        "key-sideways",
+        "a key for sideways, on four mecanum wheels",
+        "keydown",
+        "keyup",
+        partial(_key, code=_LEFT),
+        code=_LEFT,
+        base="mecanum",
+    ),
     Way("joystick", "the joystick, by touch", *_TOUCH, _joystick, is_touched=True),
     Way("gamepad", "an injected gamepad’s stick", "paddown", "padup", _gamepad),
 )
