@@ -59,13 +59,13 @@ def test_the_pins_of_a_base_are_those_of_its_motors() -> None:
 @pytest.mark.parametrize(
     ("base", "pins", "sentence"),
     [
-        ("mecanum", {}, 'is "mecanum", but [robot.gpio] has the pins of left and right; give'),
-        ("differential", MECANUM, "give those of left and right"),
-        ("omni", {}, "give those of left and right and back"),
+        ("mecanum", {}, 'is "mecanum", but [robot.gpio] has the pins of left, right; set'),
+        ("differential", MECANUM, 'set it to "mecanum", or give those of left, right'),
+        ("omni", {}, 'set it to "differential", or give those of left, right, back'),
     ],
 )
 def test_pins_of_another_base_are_refused(base: str, pins: dict[str, Any], sentence: str) -> None:
-    """The sentence names both: the base, and the wheels whose pins are given."""
+    """The sentence names both, the base and the wheels whose pins are given, and either way out."""
     with pytest.raises(ConfigError) as raised:
         make_driver(settings({"base": base}, **pins), SystemClock())
     assert str(raised.value).startswith("robot.base: ")

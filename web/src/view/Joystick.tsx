@@ -23,10 +23,10 @@ const KNOB: Record<StickUse, number> = { drive: 0.44, move: 0.44, turn: 0.3 };
 const MIDDLE: Deflection = { x: 0, y: 0 };
 
 /**
- * An analogue stick for one finger or the mouse; one that turns goes only sideways. It is held while touched, moves the robot in
- * proportion to its distance from where it was touched, and springs back when released. So a thumb
- * that lands off-centre, or a page that moves under it, moves nothing. Arrow keys drive while it
- * has the focus, as everywhere on the page.
+ * An analogue stick for one finger or the mouse; one that only turns goes only left and right. It
+ * is held while touched, moves the robot in proportion to its distance from where it was touched,
+ * and springs back when released. So a thumb that lands off-centre, or a page that moves under it,
+ * moves nothing. Arrow keys drive while it has the focus, as everywhere on the page.
  */
 export function Joystick({ use }: { use: StickUse }) {
   const { mayMove, isHolding } = useState();

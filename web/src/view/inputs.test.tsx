@@ -266,13 +266,24 @@ describe("a robot that moves sideways", () => {
       state.pads.value = { found, chosen: 1, isReady: true, held: [], unmoved: [] };
     });
     const choice = getByRole<HTMLSelectElement>(body, "combobox", { name: "Turn with" });
-    expect(choice.selectedOptions[0]?.text).toBe("Right stick; the left one moves");
+    expect(choice.selectedOptions[0]?.text).toBe("Right stick; the left one drives");
     choice.value = "left";
     act(() => void choice.dispatchEvent(new Event("change", { bubbles: true })));
     expect(actions.setDriving).toHaveBeenLastCalledWith({
       gamepad: { ...DRIVE_DEFAULTS.gamepad, planarTurn: "left" },
     });
     expect(body.textContent).toContain("LB and RB move sideways");
+    takeAwayGamepads();
+  });
+
+  it("is not said to be moved sideways by a gamepad of an unknown layout, which cannot", () => {
+    plugIn([]);
+    const found = [{ index: 1, id: "Stick", layout: "unknown" as const }];
+    act(() => {
+      state.pads.value = { found, chosen: 1, isReady: true, held: [], unmoved: [] };
+    });
+    const choice = getByRole<HTMLSelectElement>(body, "combobox", { name: "Turn with" });
+    expect(choice.selectedOptions[0]?.text).toBe("Left stick");
     takeAwayGamepads();
   });
 });

@@ -27,12 +27,6 @@ it("admit if nobody knows whether the robot stops by itself", () => {
   expect(all()).not.toContain("nobody knows");
 });
 
-it("state the higher of two top speeds, ahead and sideways", () => {
-  const robot = { ...hello().robot, max_lateral_mps: 0.9 };
-  expect(all()).toContain("0.6 m/s");
-  expect(all({ robot })).toContain("0.9 m/s");
-});
-
 it("trust the robot about its watchdog, not the host", () => {
   expect(all({}, 512)).toContain("the robot stops by itself after 512 ms");
   expect(all({}, 512)).not.toContain("200 ms");

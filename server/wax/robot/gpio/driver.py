@@ -37,8 +37,8 @@ class GpioRobot(LineRobot):
         if own.base != settings.base:
             raise ConfigError(
                 f'robot.base: is "{settings.base}", but [robot.gpio] has the pins of'
-                f" {' and '.join(own.motors[1])}; give those of"
-                f" {' and '.join(WHEELS_OF[settings.base])}"
+                f' {", ".join(own.motors[1])}; set it to "{own.base}", or give those of'
+                f" {', '.join(WHEELS_OF[settings.base])}"
             )
         limits = Limits(
             settings.max_linear_mps,

@@ -1,5 +1,6 @@
 import { useSignal } from "@preact/signals";
 import { RANGES } from "../../drive/drivePreferences";
+import type { PadState } from "../../drive/gamepad";
 import type { PadLayout, PadPart, PadSettings } from "../../drive/padReading";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
@@ -46,7 +47,7 @@ function PadWords() {
   if (!("getGamepads" in navigator)) return <>{t("ways.pad_missing")}</>;
   if (found.length === 0) return <>{t("ways.pad_search")}</>;
   if (chosen === null) return null;
-  const layout = found.find(({ index }) => index === chosen)?.layout ?? "bare";
+  const layout = chosenLayout(pads.value);
   const actions = actionsOf(layout, movesSideways.value);
   if (!mayMove.value) return <>{t("ways.pad_idle", { actions })}</>;
   if (isReady) return <>{t("ways.pad_ready", { actions })}</>;
@@ -60,6 +61,10 @@ function PadWords() {
       {held.some(isAxis) && t("ways.pad_aside")}
     </>
   );
+}
+
+function chosenLayout({ found, chosen }: PadState): PadLayout {
+  return found.find(({ index }) => index === chosen)?.layout ?? "bare";
 }
 
 const isAxis = ({ kind }: PadPart) => kind === "axis";
@@ -111,11 +116,11 @@ function actionsOf(layout: PadLayout, movesSideways: boolean): string {
 }
 
 function PadFields() {
-  const { preferences, movesSideways } = useState();
+  const { pads, preferences, movesSideways } = useState();
   const { setDriving } = useActions();
   const { gamepad } = preferences.value;
   const { triggers, deadZone, curve } = gamepad;
-  const isPlanar = movesSideways.value;
+  const isPlanar = movesSideways.value && chosenLayout(pads.value) === "standard";
   const which = isPlanar ? "planarTurn" : "turn";
   const set = (change: Partial<PadSettings>) => setDriving({ gamepad: { ...gamepad, ...change } });
   return (
