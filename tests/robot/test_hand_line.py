@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import binascii
 import random
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.driver.hand import HandReading
-from wax.robot.hand.line import ASIDE_LENGTH, LENGTH, RESTART_S, HandDecoder, encode
+from wax.robot.hand.line import ASIDE, ASIDE_LENGTH, LENGTH, RESTART_S, HandDecoder, encode
 
 REST = HandReading(5.0)
 
@@ -61,7 +62,8 @@ def test_sideways_comes_before_its_frame() -> None:
     reading = HandReading(5.0, linear=1.0, angular=-0.5, is_held=True, ask="left", lateral=-0.4)
     wire = encode(reading, 258)
     assert wire.hex() == "a55c02d8276af7" + "a55b0264ce11eed7f8"
-    assert HandDecoder().feed(wire, 5.0) == [reading]
+    decoder = HandDecoder()
+    assert [one for byte in wire for one in decoder.feed(bytes([byte]), 5.0)] == [reading]
     assert HandDecoder().feed(wire[ASIDE_LENGTH:], 5.0) == [replace(reading, lateral=0.0)]
 
 
@@ -72,6 +74,13 @@ def test_damaged_bytes_never_ask_for_sideways(reading: HandReading, one: int, ot
     for bit in {one, other}:
         wire[bit // 8] ^= 1 << bit % 8
     assert HandDecoder().feed(bytes(wire), 5.0) == [replace(reading, lateral=0.0)]
+
+
+def test_sideways_is_sent_twice() -> None:
+    """A stick whose inverse is another is at rest, even if the checksum is right."""
+    body = bytes([1, 70, 70])
+    wire = ASIDE + body + binascii.crc_hqx(body, 0xFFFF).to_bytes(2, "big") + encode(REST, 1)
+    assert HandDecoder().feed(wire, 5.0) == [REST]
 
 
 @pytest.mark.parametrize("between", [b"\0", encode(REST, 1)[:4], encode(REST, 1)])

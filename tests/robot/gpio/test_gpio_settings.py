@@ -25,6 +25,7 @@ from wax.robot.gpio.settings import BOARDS, PINS_OF, GpioSettings
         ({"front_left": [5, 6, 7]}, "front_right has 0 pins; a motor on in_in_pwm has 3"),
         ({"back": [5, 6]}, "back has 2 pins; a motor on in_in_pwm has 3"),
         ({"back": [17, 5, 6]}, "pin 17 is used twice, for left and back"),
+        ({"left_encoder": [5], "right_encoder": [17]}, "used twice, for left and right_encoder"),
         ({"back": [5, 6, 7], "left_encoder": [8], "right_encoder": [9]}, "back_encoder is missing"),
         ({"back_encoder": [5]}, "back_encoder is no wheel beside left and right; leave it out"),
         (MECANUM | {"left": [8, 9, 10]}, "left is no wheel beside front_left and front_right and"),
@@ -70,3 +71,9 @@ def test_pins_of_another_base_are_refused(base: str, pins: dict[str, Any], sente
         make_driver(settings({"base": base}, **pins), SystemClock())
     assert str(raised.value).startswith("robot.base: ")
     assert sentence in str(raised.value)
+
+
+def test_two_motors_cannot_move_it_sideways() -> None:
+    """A speed sideways is refused for a base without the wheels for it."""
+    with pytest.raises(ConfigError, match=r"^robot\.max_lateral_mps: gpio cannot"):
+        make_driver(settings({"max_lateral_mps": 0.3}), SystemClock())

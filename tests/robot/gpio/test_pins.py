@@ -118,20 +118,20 @@ def test_four_motors_follow_the_twist_sideways(
 
 
 def test_three_motors_and_their_encoders(pins: Board, make: Callable[..., Driver]) -> None:
-    """An omni base has a third motor and encoder; its wheels tell its speed to the left."""
+    """An omni base has a third motor and encoder; its wheels tell its speed to the right."""
     own = {"back": [9, 10, 11], "back_encoder": [5], "left_encoder": [6], "right_encoder": [7]}
     driver = make({"base": "omni"}, **own, steps_per_m=100.0, full_speed_mps=1.0)
-    feed(driver, Twist(0.0, 0.0, 0.5))
+    feed(driver, Twist(0.0, 0.0, -0.5))
     assert [pins.motor(motor) for motor in (LEFT, RIGHT, (9, 10, 11))] == pytest.approx(
-        [-0.25, 0.25, 0.5]
+        [0.25, -0.25, -0.5]
     )
     for encoder, steps in ((6, 1), (7, 1), (5, 2)):
         pins.roll((encoder,), steps)
-    state = until(driver, lambda state: state.extra["back_steps"] == 2.0)
-    assert (state.extra["left_steps"], state.extra["right_steps"]) == (-1.0, 1.0)
+    state = until(driver, lambda state: state.extra["back_steps"] == -2.0)
+    assert (state.extra["left_steps"], state.extra["right_steps"]) == (1.0, -1.0)
     assert state.pose is not None
-    assert state.pose.y_m == pytest.approx(0.02)
-    assert state.extra["lateral_mps"] > 0.0
+    assert state.pose.y_m == pytest.approx(-0.02)
+    assert state.extra["lateral_mps"] < 0.0
     driver.stop(1)
     settle(driver)
     assert pins.motor((9, 10, 11)) == 0.0
@@ -217,6 +217,7 @@ def test_encoders_give_speed_and_pose(pins: Board, make: Callable[..., Driver]) 
     assert 0.1 * math.cos(turned_rad) <= state.pose.x_m <= 0.1 + 1e-9
     assert state.pose.heading_rad == pytest.approx(0.0)
     assert state.extra["speed_mps"] > 0.0
+    assert "lateral_mps" not in state.extra
     pins.roll((20, 21), -5)
     state = until(driver, lambda state: state.extra["right_steps"] == 5.0)
     assert state.pose is not None

@@ -123,8 +123,9 @@ class FramesDialect:
         return now_s >= self._patience_ends_s
 
     def complaint(self, port: str) -> Sentence:
-        code = "robot.not_sideways_on" if self._cannot else "robot.no_answer_on"
-        return Sentence(code, {"port": port})
+        return Sentence(
+            "robot.not_sideways_on" if self._cannot else "robot.no_answer_on", {"port": port}
+        )
 
     @property
     def reading(self) -> Reading:
