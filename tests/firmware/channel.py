@@ -295,20 +295,20 @@ def wheels_for(kind: Kind, body: DriveBody | MoveBody) -> tuple[int, ...]:
     if isinstance(body, DriveBody):
         if kind is Kind.SIDES:
             return body.left_mmps, body.right_mmps
-        ahead, aside = (body.left_mmps + body.right_mmps) / 2, 0
-        spin = (body.right_mmps - body.left_mmps) / 2
+        ahead, aside = 500 * (body.left_mmps + body.right_mmps), 0
+        spin = 500 * (body.right_mmps - body.left_mmps)
     else:
-        ahead, aside = body.linear_mmps, body.lateral_mmps
-        spin = int(body.angular_mradps * ARM_MM / 1000)
+        ahead, aside = 1000 * body.linear_mmps, 1000 * body.lateral_mmps
+        spin = body.angular_mradps * ARM_MM
     if kind is Kind.MECANUM:
         speeds = [
             ahead - rolls * aside + side * spin
             for rolls, side in ((1, -1), (-1, 1), (-1, -1), (1, 1))
         ]
-        return tuple(round(speed) for speed in speeds)
-    ahead_of_two, half = int(2 * ahead * 0.433), int(aside / 2)
-    spin = int(spin)
-    return ahead_of_two - half - spin, ahead_of_two + half + spin, aside - spin
+    else:
+        part = ahead * 866 // 1000
+        speeds = [part - aside // 2 - spin, part + aside // 2 + spin, aside - spin]
+    return tuple(int(speed / 1000) for speed in speeds)
 
 
 def play(trace: Trace, core: ctypes.CDLL | None = None) -> Counter[str]:

@@ -192,3 +192,93 @@ def test_a_pressed_bumper_stops_the_way_there_sideways(kind: Kind) -> None:
             assert not bench.stands
             bench.wait(50, bumpers=bumper)
             assert bench.stands == bool(bumper & mask), (body, bumper)
+
+
+# --- the way to another motion --------------------------------------------------------------
+
+SOFT = {"acceleration_mmps2": 2500, "braking_mmps2": 1000}
+
+
+def motion(kind: Kind, wheels_mmps: tuple[int, ...]) -> tuple[float, float, float]:
+    """Return the mm/s ahead, to the left, and of a wheel for turning left."""
+    if kind is Kind.MECANUM:
+        a, b, c, d = wheels_mmps
+        return (a + b + c + d) / 4, (b + c - a - d) / 4, (b + d - a - c) / 4
+    left, right, back = wheels_mmps
+    return (left + right) / math.sqrt(3), (right - left + 2 * back) / 3, (right - left - back) / 3
+
+
+def moving(kind: Kind, body: MoveBody) -> Bench:
+    """Return a robot at that motion, which brakes softly."""
+    bench = of(kind, **SOFT)
+    bench.say(body, ttl_ms=1000)
+    bench.wait(900)
+    return bench
+
+
+@both
+@pytest.mark.parametrize(
+    "body",
+    [MoveBody(600, 0, 0), MoveBody(0, -600, 0), MoveBody(424, 424, 0), MoveBody(520, -300, 0)],
+)
+def test_the_robot_brakes_as_configured_in_each_direction(kind: Kind, body: MoveBody) -> None:
+    """0.6 m/s end after 0.6 s at 1 m/s², straight, and without a turn of a degree."""
+    bench = moving(kind, body)
+    bench.say(StopBody())
+    turned_mm = 0.0
+    for passed_ms in range(1, 599):
+        bench.wait(1)
+        ahead, left, turn = motion(kind, bench.core.wheels_mmps)
+        turned_mm += turn / 1000
+        assert math.hypot(ahead, left) == pytest.approx(600 - passed_ms, abs=3)
+        across = ahead * body.lateral_mmps - left * body.linear_mmps
+        assert abs(across) / 600 <= 2
+    bench.wait(3)
+    assert bench.stands
+    assert not bench.core.moving
+    assert abs(turned_mm) / ARM_MM < math.radians(1)
+
+
+@both
+@pytest.mark.parametrize(
+    "then", [MoveBody(0, 600, 0), MoveBody(-424, -424, 0), MoveBody(-600, 0, 0)]
+)
+def test_another_direction_is_no_turn(kind: Kind, then: MoveBody) -> None:
+    """It brakes what it must at the braking rate, then accelerates, and never turns."""
+    bench = moving(kind, MoveBody(600, 0, 0))
+    bench.say(then, ttl_ms=1000)
+    turned_mm = 0.0
+    for passed_ms in range(1, 841):
+        bench.wait(1)
+        ahead, left, turn = motion(kind, bench.core.wheels_mmps)
+        turned_mm += turn / 1000
+        gained = max(0.0, 2.5 * (passed_ms - 600))
+        speed = max(600.0 - passed_ms, min(600.0, gained))
+        assert math.hypot(ahead, left) == pytest.approx(speed, abs=4)
+    assert motion(kind, bench.core.wheels_mmps)[:2] == pytest.approx(
+        (then.linear_mmps, then.lateral_mmps), abs=1
+    )
+    assert abs(turned_mm) / ARM_MM < math.radians(1)
+
+
+@both
+def test_a_turn_has_a_ramp_of_its_own(kind: Kind) -> None:
+    """A turn neither delays the end of the motion ahead nor ends later than its own rate says."""
+    bench = moving(kind, MoveBody(200, 0, 2000))
+    bench.say(StopBody())
+    bench.wait(201)
+    ahead, left, turn = motion(kind, bench.core.wheels_mmps)
+    assert (ahead, left) == pytest.approx((0, 0), abs=1)
+    assert turn == pytest.approx(199, abs=1)
+    bench.wait(199)
+    assert bench.stands
+
+
+@both
+def test_the_slowest_ramp_keeps_its_direction_too(kind: Kind) -> None:
+    """At 1 mm/s² both parts of a diagonal grow, and end where they should."""
+    bench = of(kind, acceleration_mmps2=1)
+    for _ in range(7):
+        bench.say(MoveBody(3, 3, 0), ttl_ms=1000)
+        bench.wait(900)
+    assert bench.core.wheels_mmps == wheels(kind, MoveBody(3, 3, 0))

@@ -43,7 +43,7 @@ MUTANTS = {
         "robot.cpp", "if (is_newer(frame.sequence)) sequence_", "sequence_",
     ),
     "a move of any age": ("robot.cpp", "if (is_late(", "if (frame.type != MOVE && is_late("),
-    "a stop of two wheels": (
+    "a stop that turns on": (
         "robot.cpp", "wanted : wanted_) wanted = 0", "wanted : wanted_)\n"
         "        if (&wanted < wanted_ + 2) wanted = 0",
     ),

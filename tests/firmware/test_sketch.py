@@ -52,9 +52,17 @@ def test_four_mecanum_wheels_fit_as_well(tmp_path: Path) -> None:
 
 def test_a_base_without_the_pins_of_its_wheels_is_refused(tmp_path: Path) -> None:
     """A wheel that never turns would pull the robot to the side."""
-    done = changed(tmp_path, *MECANUM[:2])
+    done = changed(tmp_path, *MECANUM[:2], *MECANUM[3:])
     assert done.returncode != 0
     assert "four mecanum wheels need the pins of the fourth" in done.stderr
+
+
+@pytest.mark.parametrize(("encoder", "name"), [(3, "LEFT"), (4, "RIGHT")])
+def test_motors_on_pins_of_an_encoder_are_refused(tmp_path: Path, encoder: int, name: str) -> None:
+    """An input that drives a motor is an error that says so, whichever encoder's it is."""
+    done = changed(tmp_path, *MECANUM[:encoder], *MECANUM[encoder + 1 :])
+    assert done.returncode != 0, name
+    assert "a motor's pin is an encoder's too" in done.stderr
 
 
 def test_pins_that_servos_take_are_refused(tmp_path: Path) -> None:

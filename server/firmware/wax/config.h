@@ -19,7 +19,8 @@ const uint32_t BAUD = 115200;
 // Solder 10 kOhm from each PWM input to ground: while the board restarts its pins float.
 const uint8_t LEFT_PWM = 5, LEFT_A = 7, LEFT_B = 8;
 const uint8_t RIGHT_PWM = 6, RIGHT_A = 9, RIGHT_B = 10;
-// What moves sideways has more: on an Uno 3, 16, 17 and 11, 2, 4 are free without the encoders.
+// A base that moves sideways has one or two motors more. On an Uno pins 3, 16, 17 and 11, 2, 4 are
+// free for them if the encoders are NONE.
 const uint8_t BACK_PWM = NONE, BACK_A = NONE, BACK_B = NONE;  // of three; the back left of four
 const uint8_t BACK_RIGHT_PWM = NONE, BACK_RIGHT_A = NONE, BACK_RIGHT_B = NONE;
 const uint8_t STANDBY = NONE;  // STBY of a TB6612; NONE if it is wired to its supply
@@ -57,7 +58,8 @@ constexpr uint8_t SERVO_PINS[wax::AXES] = {NONE, NONE, NONE, NONE};
 
 // --- motion. The server limits acceleration too; these are the limits of the robot's body. Braking
 // applies to every stop: 20000 is 30 ms from 0.6 m/s. Use less only for a robot that would fall
-// over, and set [robot] braking_mps2 to match.
+// over, and set [robot] braking_mps2 to match. A base that moves sideways has them in any direction
+// as a whole: of mecanum wheels two change up to 1.41 times as fast.
 const wax::Settings SETTINGS = {
     2500,   // acceleration_mmps2, 1 to 65535
     20000,  // braking_mmps2, 1 to 65535

@@ -28,6 +28,20 @@ static_assert(config::BASE == wax::Kind::SIDES || config::BACK_PWM != config::NO
 static_assert(config::BASE != wax::Kind::MECANUM || config::BACK_RIGHT_PWM != config::NONE,
               "four mecanum wheels need the pins of the fourth: BACK_RIGHT");
 
+constexpr bool is_encoders(uint8_t pin) {
+    return pin != config::NONE &&
+           (pin == config::LEFT_ENCODER_A || pin == config::LEFT_ENCODER_B ||
+            pin == config::RIGHT_ENCODER_A || pin == config::RIGHT_ENCODER_B);
+}
+constexpr bool is_apart(uint8_t pwm, uint8_t a, uint8_t b) {
+    return pwm == config::NONE || !(is_encoders(pwm) || is_encoders(a) || is_encoders(b));
+}
+static_assert(is_apart(config::LEFT_PWM, config::LEFT_A, config::LEFT_B) &&
+                  is_apart(config::RIGHT_PWM, config::RIGHT_A, config::RIGHT_B) &&
+                  is_apart(config::BACK_PWM, config::BACK_A, config::BACK_B) &&
+                  is_apart(config::BACK_RIGHT_PWM, config::BACK_RIGHT_A, config::BACK_RIGHT_B),
+              "a motor's pin is an encoder's too; set that encoder to NONE");
+
 volatile int32_t counts[2];
 
 void left_encoder() { counts[0] += digitalRead(config::LEFT_ENCODER_B) ? 1 : -1; }

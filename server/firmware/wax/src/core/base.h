@@ -9,6 +9,10 @@ namespace wax {
 
 const uint8_t MAX_WHEELS = 4;
 
+// A motion in parts, each in micrometres a second: of two sides left and right; of a base that moves
+// sideways ahead, to the left, and a wheel's for turning to the left.
+const uint8_t PARTS = 3;
+
 // The wheels are numbered in this order, all of them forward positive but the back one of three.
 enum class Kind : uint8_t {
     SIDES,    // left, right
@@ -26,7 +30,10 @@ struct Base {
     uint8_t wheels() const { return kind == Kind::SIDES ? 2 : kind == Kind::OMNI ? 3 : 4; }
 };
 
-// Write the speed of each wheel for a drive or a move.
-void mix(const Base &base, const Frame &frame, int16_t *wheels);
+// Write the motion that a drive or a move asks for, as fast as the wheels can.
+void read(const Base &base, const Frame &frame, int32_t *parts);
+
+// Write the speed of each wheel for a motion.
+void mix(const Base &base, const int32_t *parts, int16_t *mmps);
 
 }  // namespace wax

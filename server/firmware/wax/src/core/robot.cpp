@@ -24,10 +24,9 @@ int16_t within(int16_t value, int16_t limit) {
 
 Robot::Robot(const Settings &settings, uint32_t now_ms)
     : settings_(settings),
-      wheels_{Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
-              Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
-              Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
-              Ramp(settings.acceleration_mmps2, settings.braking_mmps2)},
+      parts_{Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
+             Ramp(settings.acceleration_mmps2, settings.braking_mmps2),
+             Ramp(settings.acceleration_mmps2, settings.braking_mmps2)},
       hello_ms_(now_ms),
       servos_{Servo(settings.servos[0]), Servo(settings.servos[1]), Servo(settings.servos[2]),
               Servo(settings.servos[3])},
@@ -102,7 +101,7 @@ void Robot::obey(const Frame &frame, uint32_t now_ms) {
 // A bumper that is pressed on the side of the motion ends it. Turning on the spot is allowed.
 void Robot::go(const Frame &frame) {
     const Base &base = settings_.base;
-    mix(base, frame, wanted_);
+    read(base, frame, wanted_);
     const int32_t ahead = static_cast<int32_t>(frame.left_mmps) + frame.right_mmps + frame.linear_mmps;
     blocking_ = 0;
     if (ahead > 0) blocking_ = settings_.front_bumpers;
@@ -113,7 +112,7 @@ void Robot::go(const Frame &frame) {
 
 void Robot::stand() {
     driven_ = false;
-    for (int16_t &wanted : wanted_) wanted = 0;
+    for (int32_t &wanted : wanted_) wanted = 0;
     timed_out_ = false;
 }
 
@@ -130,12 +129,11 @@ void Robot::tick(uint32_t now_ms, const Inputs &inputs) {
     const uint8_t step_ms =
         elapsed_ms < MAX_STEP_MS ? static_cast<uint8_t>(elapsed_ms) : MAX_STEP_MS;
     watch_wheels(now_ms, inputs);
-    const bool blocked = inputs_.bumpers & blocking_;
+    static const int32_t STANDSTILL[PARTS] = {};
+    ramp(inputs_.bumpers & blocking_ ? STANDSTILL : wanted_, step_ms);
     bool moves = turning_;
-    for (uint8_t at = 0; at < MAX_WHEELS; ++at) {
-        wheels_[at].approach(blocked ? 0 : wanted_[at], step_ms);
-        if (!wheels_[at].stands()) moves = true;
-    }
+    for (const Ramp &part : parts_)
+        if (part.speed() != 0) moves = true;
 
     for (uint8_t at = 0; at < AXES; ++at)
         if (told_axes_ & 1 << at) servos_[at].approach(axes_[at], step_ms);
@@ -144,6 +142,20 @@ void Robot::tick(uint32_t now_ms, const Inputs &inputs) {
         moving_ = moves;
         report_now_ = true;
     }
+}
+
+// Each side has its limits; of a base that moves sideways the robot has them, in any direction, and
+// its wheels follow it. So no wheel turns the robot because it stops before another.
+void Robot::ramp(const int32_t *targets, uint8_t step_ms) {
+    if (settings_.base.moves_sideways()) {
+        Ramp::approach_as_one(parts_[0], parts_[1], targets, step_ms);
+    } else {
+        parts_[0].approach(targets[0], step_ms);
+        parts_[1].approach(targets[1], step_ms);
+    }
+    parts_[2].approach(targets[2], step_ms);
+    const int32_t now[PARTS] = {parts_[0].speed(), parts_[1].speed(), parts_[2].speed()};
+    mix(settings_.base, now, mmps_);
 }
 
 void Robot::watch_wheels(uint32_t now_ms, const Inputs &inputs) {

@@ -55,7 +55,7 @@ public:
 
     // How many wheels it has, and the current set-point of one of them.
     uint8_t wheels() const { return settings_.base.wheels(); }
-    int16_t mmps(uint8_t wheel) const { return wheels_[wheel].mmps(); }
+    int16_t mmps(uint8_t wheel) const { return mmps_[wheel]; }
 
     // The target of an axis below AXES, -FULL_POSITION to FULL_POSITION.
     int16_t axis(uint8_t number) const { return axes_[number]; }
@@ -76,11 +76,13 @@ private:
     bool has_run_out(uint32_t now_ms) const;
     void go(const Frame &frame);
     void stand();
+    void ramp(const int32_t *targets, uint8_t step_ms);
     void watch_wheels(uint32_t now_ms, const Inputs &inputs);
 
     Settings settings_;
     Decoder decoder_;
-    Ramp wheels_[MAX_WHEELS];
+    Ramp parts_[PARTS];
+    int16_t mmps_[MAX_WHEELS] = {};
     Inputs inputs_ = Inputs();
 
     uint16_t session_ = NO_SESSION;
@@ -89,7 +91,7 @@ private:
     uint32_t hello_ms_;
 
     bool driven_ = false;
-    int16_t wanted_[MAX_WHEELS] = {};
+    int32_t wanted_[PARTS] = {};
     uint8_t blocking_ = 0;  // the bumpers' bits that end this motion
     uint32_t arrived_ms_ = 0;
     uint16_t ttl_ms_ = 0;
