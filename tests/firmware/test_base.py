@@ -87,6 +87,11 @@ def test_what_is_too_fast_is_slowed_as_a_whole(
         assert abs(speed - asked / excess) <= 2 + fastest / 8192
 
 
+def test_two_sides_are_as_fast_as_they_are_told() -> None:
+    """The server has mixed and limited them; no wheel of theirs is slowed for the other."""
+    assert wheels(Kind.SIDES, DriveBody(900, -450), fastest_mmps=500) == (900, -450)
+
+
 def test_a_board_with_two_sides_refuses_a_move() -> None:
     """It says in its reports that it cannot, counts the frame as refused, and stands."""
     bench = Bench()
