@@ -21,7 +21,8 @@ GOOD: dict[str, Any] = {"drive": "m {left} {right}\r", "per_mps": 1000.0}
 
 
 def parsed(text: dict[str, Any], **serial: Any) -> SerialSettings:
-    tree = {"robot": {"serial": {"dialect": "text", "text": text} | serial}}
+    own = {"dialect": "text", "text": text} | serial
+    tree = {"robot": {"driver": "serial", "serial": own}}
     return config.parse(tree, "x").robot.serial
 
 

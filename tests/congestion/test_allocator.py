@@ -394,6 +394,7 @@ def test_a_link_that_is_no_worse_is_decided_on_seldom() -> None:
         ({"state": "congested"}, 4000),
         ({"state": "blind"}, 4000),
         ({"burst": 1}, 4000),
+        ({"lost": 0.006}, 4000),
         ({"queue_ms": 150.0}, 4000),
         ({"rate_bps": 0.97 * STEADY.rate_bps}, 4000),
         ({}, 4000 + 0.03 * STEADY.rate_bps),

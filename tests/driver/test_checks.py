@@ -37,7 +37,7 @@ def test_no_number_passes_the_limits(told: Twist) -> None:
     assert abs(safe.lateral_mps) <= LIMITS.lateral_mps
     assert abs(safe.angular_rps) <= LIMITS.angular_rps
     assert fraction(safe, LIMITS) <= 1.0 + 1e-9
-    assert share_of(LIMITS, safe) <= 1.0 + 1e-9
+    assert share_of(safe, LIMITS) <= 1.0 + 1e-9
     if not all(map(math.isfinite, astuple(told))):
         assert safe == STANDSTILL
 
@@ -49,7 +49,7 @@ parts = st.floats(-50, 50)
 def test_a_curve_stays_the_same_curve(told: Twist) -> None:
     """All three speeds are scaled by one factor, and not at all within the limits."""
     safe, share = within(told, LIMITS), max(fraction(told, LIMITS), abs(told.angular_rps) / 1.5)
-    assert share_of(LIMITS, told) == pytest.approx(share)
+    assert share_of(told, LIMITS) == pytest.approx(share)
     assert astuple(safe) == pytest.approx(astuple(told.scaled(1 / max(1.0, share))))
     if share < 1.0:
         assert safe == told

@@ -35,11 +35,27 @@ def test_a_frame_byte_by_byte() -> None:
     assert encode(reading, 258).hex() == "a55b0264ce11eed7f8"
 
 
-@given(st.lists(readings, max_size=20), st.integers(1, 7))
-def test_readings_survive_encoding(sent: list[HandReading], piece: int) -> None:
-    """Every reading is decoded, in whatever pieces it arrives."""
-    data = b"".join(encode(one, number + 1) for number, one in enumerate(sent))
+def planar(reading: HandReading, number: int) -> bytes:
+    """Return what a control that can ask for sideways sends."""
+    return encode(reading, number, has_aside=True)
+
+
+def known() -> HandDecoder:
+    """Return the decoder of a control that has shown that it cannot."""
     decoder = HandDecoder()
+    assert decoder.feed(encode(REST, -1) + encode(REST, 0), -RESTART_S) == [
+        replace(REST, at_s=-RESTART_S)
+    ]
+    return decoder
+
+
+@given(st.lists(readings, max_size=20), st.integers(1, 7), st.booleans())
+def test_readings_survive_encoding(sent: list[HandReading], piece: int, can: bool) -> None:
+    """Every reading is decoded, in whatever pieces it arrives."""
+    sent = [one if can else replace(one, lateral=0.0) for one in sent]
+    encoded = [encode(one, number + 1, has_aside=can) for number, one in enumerate(sent)]
+    data = b"".join(encoded)
+    decoder = HandDecoder() if can else known()
     found = []
     for at in range(0, len(data), piece):
         found += decoder.feed(data[at : at + piece], 5.0)
@@ -51,53 +67,70 @@ def test_readings_survive_encoding(sent: list[HandReading], piece: int) -> None:
 @given(readings, st.integers(0, 8 * LENGTH - 1), st.integers(0, 8 * LENGTH - 1))
 def test_a_damaged_frame_is_dropped(reading: HandReading, one: int, other: int) -> None:
     """One or two flipped bits are always detected, and the next frame is decoded."""
-    damaged = bytearray(encode(replace(reading, lateral=0.0), 1))
+    damaged = bytearray(encode(reading, 1))
     for bit in {one, other}:
         damaged[bit // 8] ^= 1 << bit % 8
-    assert HandDecoder().feed(bytes(damaged) + encode(REST, 2), 5.0) == [REST]
+    assert known().feed(bytes(damaged) + encode(REST, 2), 5.0) == [REST]
 
 
 def test_sideways_comes_before_its_frame() -> None:
-    """The bytes of a frame are as without it, and so is the reading where these are left out."""
+    """The bytes of a frame are as without it."""
     reading = HandReading(5.0, linear=1.0, angular=-0.5, is_held=True, ask="left", lateral=-0.4)
-    wire = encode(reading, 258)
-    assert wire.hex() == "a55c02d8276af7" + "a55b0264ce11eed7f8"
+    assert planar(reading, 258).hex() == "a55c02d8276af7" + encode(reading, 258).hex()
     decoder = HandDecoder()
+    wire = planar(reading, 258)
     assert [one for byte in wire for one in decoder.feed(bytes([byte]), 5.0)] == [reading]
-    assert HandDecoder().feed(wire[ASIDE_LENGTH:], 5.0) == [replace(reading, lateral=0.0)]
 
 
 @given(readings, st.integers(0, 8 * ASIDE_LENGTH - 1), st.integers(0, 8 * ASIDE_LENGTH - 1))
-def test_damaged_bytes_never_ask_for_sideways(reading: HandReading, one: int, other: int) -> None:
-    """One or two flipped bits leave the stick at rest, and the frame behind them intact."""
-    wire = bytearray(encode(replace(reading, lateral=0.7), 1))
+def test_damaged_bytes_never_put_the_stick_at_rest(
+    reading: HandReading, one: int, other: int
+) -> None:
+    """Whether sideways is held is not guessed: only the Stop of such a frame counts."""
+    wire = bytearray(planar(reading, 2))
     for bit in {one, other}:
         wire[bit // 8] ^= 1 << bit % 8
-    assert HandDecoder().feed(bytes(wire), 5.0) == [replace(reading, lateral=0.0)]
+    for before in (b"", planar(REST, 1)):
+        *_, last = [REST, *HandDecoder().feed(before + bytes(wire), 5.0)]
+        if reading.stop:
+            assert last.stop
+            assert not last.is_in_range
+        else:
+            assert last == REST
 
 
 def test_sideways_is_sent_twice() -> None:
-    """A stick whose inverse is another is at rest, even if the checksum is right."""
+    """A frame does not count if the stick's inverse is another, though the checksum is right."""
     body = bytes([1, 70, 70])
     wire = ASIDE + body + binascii.crc_hqx(body, 0xFFFF).to_bytes(2, "big") + encode(REST, 1)
-    assert HandDecoder().feed(wire, 5.0) == [REST]
+    assert HandDecoder().feed(wire, 5.0) == []
 
 
 @pytest.mark.parametrize("between", [b"\0", encode(REST, 1)[:4], encode(REST, 1)])
 def test_sideways_is_of_the_frame_behind_it(between: bytes) -> None:
-    """Bytes of another number, or not directly before a frame, ask for nothing."""
-    asks = replace(REST, lateral=1.0)
-    aside = encode(asks, 2)[:ASIDE_LENGTH]
-    assert HandDecoder().feed(aside + encode(REST, 3), 5.0) == [REST]
-    assert HandDecoder().feed(aside + between + encode(REST, 2), 5.0)[-1] == REST
+    """With bytes of another number, or not directly before it, a frame does not count."""
+    aside = planar(replace(REST, lateral=1.0), 2)[:ASIDE_LENGTH]
+    decoder = HandDecoder()
+    decoder.feed(planar(REST, 1), 5.0)
+    assert decoder.feed(aside + encode(REST, 3), 5.0) == []
+    assert decoder.feed(aside + between + encode(REST, 4), 5.0) == []
+    assert decoder.errors >= 2
+
+
+def test_a_control_shows_by_two_frames_that_it_cannot_move_sideways() -> None:
+    """A first frame may be one whose bytes were lost, so it does not count; its Stop does."""
+    assert HandDecoder().feed(encode(REST, 1), 5.0) == []
+    assert HandDecoder().feed(encode(REST, 1) + encode(REST, 2), 5.0) == [REST]
+    (stopped,) = HandDecoder().feed(encode(replace(REST, stop=True), 1), 5.0)
+    assert stopped.stop
 
 
 @given(st.binary(max_size=200))
 def test_noise_raises_nothing_and_is_forgotten(noise: bytes) -> None:
-    """After any noise, at the latest the second frame is decoded."""
+    """After any noise, at the latest the third frame is decoded."""
     decoder = HandDecoder()
     decoder.feed(noise, 0.0)
-    after = decoder.feed(encode(REST, 1) + encode(REST, 2), 5.0)
+    after = decoder.feed(b"".join(encode(REST, number) for number in (1, 2, 3)), 5.0)
     assert after[-1:] == [REST]
 
 
@@ -113,14 +146,14 @@ def test_noise_of_a_million_bytes_is_nearly_never_a_frame() -> None:
 )
 def test_only_a_newer_number_counts(number: int, counts: bool) -> None:
     """Repeated or older frames are ignored."""
-    decoder = HandDecoder()
+    decoder = known()
     assert decoder.feed(encode(REST, 10), 5.0) == [REST]
     assert bool(decoder.feed(encode(REST, number), 5.0)) is counts
 
 
 def test_a_control_that_restarts_may_start_over() -> None:
     """After 1 s without a frame any number is accepted."""
-    decoder = HandDecoder()
+    decoder = known()
     decoder.feed(encode(REST, 200), 5.0)
     assert decoder.feed(encode(REST, 200), 5.0 + RESTART_S - 0.001) == []
     assert len(decoder.feed(encode(REST, 200), 5.0 + RESTART_S)) == 1
@@ -128,6 +161,6 @@ def test_a_control_that_restarts_may_start_over() -> None:
 
 def test_a_stick_beyond_its_range_is_read_as_it_is() -> None:
     """The rules must see that it is out of range."""
-    (found,) = HandDecoder().feed(encode(HandReading(5.0, linear=1.27, angular=-1.28), 1), 5.0)
+    (found,) = known().feed(encode(HandReading(5.0, linear=1.27, angular=-1.28), 1), 5.0)
     assert (found.linear, found.angular) == (1.27, -1.28)
     assert not found.is_in_range

@@ -40,7 +40,7 @@ class Line:
         data = b""
         for reading in readings:
             self._number += 1
-            data += encode(reading, self._number)
+            data += encode(reading, self._number, has_aside=True)
         os.write(self.end, data)
 
     def pull_out(self) -> None:

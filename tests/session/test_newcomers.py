@@ -96,7 +96,7 @@ def test_an_unused_answer_is_for_others() -> None:
 
 
 def test_an_answer_is_kept_until_its_owner_asks() -> None:
-    """Others take what is beyond it, so who asks seldom does not depend on the right moment."""
+    """Others take what is beyond it, so that it does not matter when its owner asks."""
     newcomers = Newcomers()
     for number in range(10):
         assert not newcomers.has_turn(f"10.0.{number}.1", 0, number / 10)

@@ -91,7 +91,7 @@ class RobotSettings(ConfigTable):
 
     @model_validator(mode="after")
     def _has_the_wheels_of_its_lines(self) -> Self:
-        if self.serial.dialect == "text":
+        if self.driver == "serial" and self.serial.dialect == "text":
             self.serial.text.check_wheels(self.base)
         return self
 

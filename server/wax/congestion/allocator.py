@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocation import Allocation, area
 from wax.congestion.sound_choice import FIT_SHARE, SoundChoice
+from wax.congestion.sound_choice import REDUNDANCY_LOSS_SHARE as _LOSSY
 from wax.congestion.upgrade_backoff import Since, Trials
 from wax.congestion.wire_cost import picture_bps
 from wax.sentence import Sentence
@@ -86,6 +87,7 @@ class Allocator:
             and now_s - self._decided_s < _REST_S
             and known.state == estimate.state != "starting"
             and known.burst >= estimate.burst
+            and (known.lost >= _LOSSY or estimate.lost < _LOSSY)
             and (known.queue_ms > _FULL_QUEUE_MS) == (estimate.queue_ms > _FULL_QUEUE_MS)
             and estimate.rate_bps - other_bps >= _SAME_SHARE * self._spare_bps
         )

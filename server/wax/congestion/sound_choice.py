@@ -21,7 +21,7 @@ _USUAL_MU_MS: Final = 60
 """Longer units add delay of their own, so they are used only if no picture would fit otherwise."""
 _RISE_HOLD_S: Final = 5.0
 """An upgrade must have fitted for this long."""
-_REDUNDANCY_LOSS_SHARE: Final = 0.005
+REDUNDANCY_LOSS_SHARE: Final = 0.005
 """Redundancy (RFC 2198) starts here: one packet lost in 200, 20 ms every 4 s, is audible."""
 _MAX_REDUNDANCY: Final = 3
 """Earlier units in a packet at most; waiting for them takes 60 ms."""
@@ -68,7 +68,7 @@ class SoundChoice:
             return None, 0
         offered = self._encodings if fixed is None else tuple(fixed)
         encodings = tuple(one for one in offered if one.channels <= channels) or offered
-        repairs = takes_redundancy and estimate.lost >= _REDUNDANCY_LOSS_SHARE
+        repairs = takes_redundancy and estimate.lost >= REDUNDANCY_LOSS_SHARE
         useful = min(estimate.burst, _MAX_REDUNDANCY) if repairs else 0
         fewer = useful < self._redundancy
         if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:

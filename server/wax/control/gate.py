@@ -286,4 +286,4 @@ def _is_within(twist: Twist, limits: Limits) -> bool:
         (twist.lateral_mps, limits.lateral_mps),
     )
     are_within = all(abs(part) <= most < math.inf for part, most in parts)
-    return are_within and share_of(limits, twist) <= 1.0 + _ROUNDING
+    return are_within and share_of(twist, limits) <= 1.0 + _ROUNDING

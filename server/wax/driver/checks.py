@@ -45,7 +45,7 @@ def within(twist: Twist, limits: Limits) -> Twist:
     """
     if not all(map(math.isfinite, (twist.linear_mps, twist.angular_rps, twist.lateral_mps))):
         return STANDSTILL
-    over = max(1.0, share_of(limits, twist))
+    over = max(1.0, share_of(twist, limits))
     return Twist(
         linear_mps=_clamp(twist.linear_mps / over, limits.linear_mps),
         angular_rps=_clamp(twist.angular_rps / over, limits.angular_rps),
@@ -53,7 +53,7 @@ def within(twist: Twist, limits: Limits) -> Twist:
     )
 
 
-def share_of(limits: Limits, twist: Twist) -> float:
+def share_of(twist: Twist, limits: Limits) -> float:
     """Return which fraction of `limits` a twist uses, above 1 if it exceeds them.
 
     Ahead and sideways count together, as the length of one vector. A limit of zero counts for

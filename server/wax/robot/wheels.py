@@ -84,7 +84,7 @@ class WheelGeometry:
     def motion(self, rolled: Sequence[float]) -> Twist:
         """Return the motion of the robot's middle that fits its wheels' best (least squares).
 
-        It is in metres and radians if `rolled` is in metres, and per second if it is so.
+        `rolled` is in metres for a motion in metres and radians, in m/s for one in m/s and rad/s.
         """
         wheels = self._wheels.values()
 

@@ -46,7 +46,7 @@ class Newcomers:
     def __init__(self) -> None:
         self._asked = BoundedDict[str, _Newcomer](_MOST)
         self._is_for_last = False
-        """Whether an odd answer is."""
+        """Whether the odd one of the answers is for whoever came last."""
 
     def has_turn(self, address: str, answers: int, now_s: float) -> bool:
         """Whether an address that asks now gets one of so many answers; if so, it took one."""

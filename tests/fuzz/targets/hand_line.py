@@ -57,7 +57,7 @@ def _frame(number: int, linear: float = 0.0, *, stop: bool = False, held: bool =
     return encode(HandReading(0.0, linear, is_held=held, stop=stop), number)
 
 
-_ASIDE: Final = encode(HandReading(0.0, lateral=1.0), 2)
+_ASIDE: Final = encode(HandReading(0.0, lateral=1.0), 2, has_aside=True)
 
 HAND: Final = Target(
     name="hand",
@@ -68,7 +68,10 @@ HAND: Final = Target(
         _frame(1) + _frame(2, stop=True) + encode(HandReading(0.0, ask="go_on"), 3),
         _frame(1, held=True) + _frame(2, 1.27) + _frame(3),
         START * 3 + _frame(1),
-        _frame(1) + _ASIDE + _frame(3) + encode(HandReading(0.0, 0.5, lateral=-1.0), 4),
+        _frame(1)
+        + _ASIDE
+        + _frame(3)
+        + encode(HandReading(0.0, 0.5, lateral=-1.0), 4, has_aside=True),
     ),
     words=(START, START[:1], ASIDE, _ASIDE, _frame(4), _frame(5, 1.0), _frame(6, stop=True)),
     max_bytes=300,

@@ -336,7 +336,9 @@ class Trace:
             self.tally.happened["stop"] += self.doing.stop
         if tick % 2 == 0:
             self.number += 1
-            self.hand.send(line.encode(self.doing, self.number), self.doing, self.now_s)
+            self.hand.send(
+                line.encode(self.doing, self.number, has_aside=True), self.doing, self.now_s
+            )
 
     def _server_speaks(self, tick: int) -> None:
         """Ask for something else now and then, as an operator through a gate does."""

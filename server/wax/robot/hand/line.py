@@ -17,8 +17,8 @@ offset size   what
               with FFFF, no final xor
 ====== ====== ==============================================================================
 
-A control that can ask for sideways sends 7 bytes more, directly before the frame that they belong
-to; without them that stick is at rest. A server that does not know them skips them:
+A control that can ask for sideways sends 7 bytes more, directly before each frame, also while that
+stick is at rest. A server that does not know them skips them:
 
 ====== ====== ==============================================================================
 0      2      start: A5 5C
@@ -27,6 +27,10 @@ to; without them that stick is at rest. A server that does not know them skips t
 4      1      the byte before it, inverted
 5      2      CRC-16 of bytes 2 to 4, as above
 ====== ====== ==============================================================================
+
+A frame without them counts once a control has shown that it sends none, by two frames in a row. A
+frame whose bytes are damaged is ignored, but for its Stop: at rest is what a control must have been
+before it moves anything.
 
 The control must read Stop from a contact that opens when pressed, so that a broken wire stops.
 A frame with a wrong CRC or inverse is ignored, and so is one whose number is not newer (an 8-bit
@@ -60,8 +64,11 @@ RESTART_S: Final = 1.0
 """After this long without a frame the control may have restarted its numbers."""
 
 
-def encode(reading: HandReading, number: int) -> bytes:
-    """Return the frame of a reading, whose stick must be in range."""
+def encode(reading: HandReading, number: int, *, has_aside: bool = False) -> bytes:
+    """Return the frame of a reading, whose stick must be in range.
+
+    `has_aside` says that the control can ask for sideways.
+    """
     buttons = HELD * reading.is_held | STOP * reading.stop
     if reading.ask is not None:
         buttons |= ASKS[reading.ask]
@@ -75,7 +82,7 @@ def encode(reading: HandReading, number: int) -> bytes:
         ]
     )
     frame = START + body + _crc(body)
-    if reading.lateral == 0.0:
+    if not has_aside:
         return frame
     lateral = round(reading.lateral * STICK_SCALE) & 0xFF
     aside = bytes([number & 0xFF, lateral, ~lateral & 0xFF])
@@ -86,13 +93,15 @@ class HandDecoder:
     """Finds frames in a stream of bytes; never raises, keeps at most one unfinished frame.
 
     It also keeps the few bytes before that, which may belong to it.
-    `errors` counts bytes that began like a frame but were none.
+    `errors` counts bytes that began like a frame but were none, or lacked the bytes before it.
     """
 
     def __init__(self) -> None:
         self.errors = 0
         self._rest = b""
         self._searched = 0  # so many bytes of the rest
+        self._ended = -1  # where in the rest the newest frame ended
+        self._has_aside: bool | None = None
         self._number = 0
         self._at_s = -math.inf
 
@@ -112,14 +121,29 @@ class HandDecoder:
                 continue
             if 0 < (frame[2] - self._number) & 0xFF < 128 or now_s - self._at_s >= RESTART_S:
                 self._number, self._at_s = frame[2], now_s
-                lateral = _aside(stream[max(0, at - ASIDE_LENGTH) : at], frame[2])
-                readings.append(_parse(frame, lateral, now_s))
+                reading = self._read(frame, stream[max(0, at - ASIDE_LENGTH) : at], at, now_s)
+                readings += [] if reading is None else [reading]
             at += LENGTH
+            self._ended = at
         if at < 0:  # without a complete start marker, only its first byte can belong to a frame
             at = len(stream) - stream.endswith(START[:1])
         self._searched = min(at, ASIDE_LENGTH)
         self._rest = stream[at - self._searched :]
+        self._ended -= at - self._searched
         return readings
+
+    def _read(self, frame: bytes, before: bytes, at: int, now_s: float) -> HandReading | None:
+        """Return the reading of a frame at this place; None if its stick sideways is unknown."""
+        lateral = _aside(before, frame[2])
+        if lateral is not None:
+            self._has_aside = True
+        elif self._has_aside is None and at == self._ended:
+            self._has_aside = False
+        if lateral is None and self._has_aside is not False:
+            self.errors += self._has_aside is True
+            lateral = math.nan
+        reading = _parse(frame, lateral or 0.0, now_s)
+        return reading if reading.stop or not math.isnan(reading.lateral) else None
 
 
 def _holds(frame: bytes) -> bool:
@@ -127,12 +151,12 @@ def _holds(frame: bytes) -> bool:
     return _crc(frame[2:7]) == frame[7:] and buttons == ~inverse & 0xFF and buttons <= _BUTTONS
 
 
-def _aside(before: bytes, number: int) -> float:
-    """Return the stick sideways by the bytes before a frame, 0 if they are others."""
+def _aside(before: bytes, number: int) -> float | None:
+    """Return the stick sideways by the bytes before a frame, None if they are others."""
     body = before[2:5]
     if not before.startswith(ASIDE) or _crc(body) != before[5:] or body[0] != number:
-        return 0.0
-    return _signed(body[1]) / STICK_SCALE if body[1] == ~body[2] & 0xFF else 0.0
+        return None
+    return _signed(body[1]) / STICK_SCALE if body[1] == ~body[2] & 0xFF else None
 
 
 def _parse(frame: bytes, lateral: float, now_s: float) -> HandReading:

@@ -114,7 +114,7 @@ def _own_watchdog_s(serial: SerialSettings) -> float | None:
 
 
 def _lateral_mps(settings: RobotSettings) -> float:
-    """Return the limit sideways, 0 for a board that is told no such speed."""
+    """Return the limit sideways, 0 where the dialect has no place for it."""
     serial = settings.serial
     is_told = serial.dialect == "frames" or (
         serial.dialect == "text" and serial.text.moves_sideways
