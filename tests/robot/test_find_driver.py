@@ -179,17 +179,6 @@ def test_a_driver_that_cannot_move_sideways_says_so(
             make_driver(RobotSettings(driver=name, base="omni"), clock)
 
 
-def test_a_driver_moves_sideways_no_faster_than_configured(
-    plugin: Callable[[str], str], clock: FakeClock
-) -> None:
-    """Page, gate, keys and `wax prove-stop` go by one limit."""
-    wooden = plugin(GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, lateral_mps=0.5)"))
-    with pytest.raises(ConfigError, match=rf"^robot\.max_lateral_mps: {wooden} moves .* 0\.5 m/s"):
-        make_driver(RobotSettings(driver=wooden), clock)
-    told = make_driver(RobotSettings(driver=wooden, max_lateral_mps=0.5), clock)
-    assert told.limits.lateral_mps == 0.5
-
-
 @pytest.mark.parametrize("local", [None, LocalSettings(source="robot")])
 def test_the_simulated_robot_needs_wheels_that_move_it_sideways(
     local: LocalSettings | None, clock: FakeClock

@@ -38,12 +38,7 @@ def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
 
 
 def check_sideways(settings: RobotSettings, limits: Limits) -> None:
-    """Raise `ConfigError` if the robot is to move sideways, but cannot, or faster than it may."""
-    if limits.lateral_mps > settings.lateral_mps:
-        raise ConfigError(
-            f"robot.max_lateral_mps: {settings.driver} moves this robot sideways at up to"
-            f" {limits.lateral_mps:g} m/s; set it to that."
-        )
+    """Raise `ConfigError` if the robot is to move sideways, but cannot."""
     if settings.lateral_mps > 0 and limits.lateral_mps == 0:
         raise ConfigError(
             f"robot.max_lateral_mps: {settings.driver} cannot move this robot sideways; set it to"
