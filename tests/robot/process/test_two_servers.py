@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from tests.robot.process.conftest import Log, settings_for
+from tests.robot.process.recorder import Recorder
 from tests.until import until
 
 from wax.clock import SystemClock
@@ -64,7 +65,7 @@ def test_the_second_server_waits_and_moves_nothing(
     made: Callable[[RobotSettings, str, Limits], ProcessDriver], log: Log
 ) -> None:
     """The second server does not open the robot until the first has released it."""
-    limits = Limits(0.6, 1.5, axes=("pan",), ttl_s=0.2)
+    limits = Recorder.limits
     first = made(settings_for(log), "recorder", limits)
     until(lambda: first.state().connected)
     second = made(settings_for(log), "recorder", limits)
