@@ -59,11 +59,13 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
 class RestingScript(Script):
     """A source that may be left unread."""
 
-    rest_s = 4.0
+    def __init__(self, rest_s: float) -> None:
+        super().__init__()
+        self.rest_s = rest_s
 
 
 class Need(threading.Event):
-    """Records how long each rest may be; the rest takes no time unless it is unlimited."""
+    """Tells when a rest begins, and how long it may be."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -71,7 +73,7 @@ class Need(threading.Event):
 
     def wait(self, timeout: float | None = None) -> bool:
         self.rests_s.put(timeout)
-        return self.is_set()
+        return super().wait(timeout)
 
 
 class Rig:
@@ -205,12 +207,12 @@ def test_a_hanging_read_becomes_a_problem() -> None:
 def test_a_source_that_nobody_needs_rests() -> None:
     """It is left unread for as long as it allows, and then once more read to see that it works."""
     need = Need()
-    rig = Rig(source=RestingScript(), needed=need)
+    rig = Rig(source=RestingScript(0.001), needed=need)
     rig.capture.start()
     for number in (1, 2):
         rig.source.steps.put(number)
         assert rig.item() == number
-        assert need.rests_s.get(timeout=WAIT_S) == 4.0
+        assert need.rests_s.get(timeout=WAIT_S) == 0.001
     rig.source.steps.put(SourceError("It is unplugged."))
     assert rig.problem() == says("It is unplugged.")
     rig.stop()
@@ -218,14 +220,13 @@ def test_a_source_that_nobody_needs_rests() -> None:
 
 def test_who_needs_a_source_ends_its_rest() -> None:
     """The next item is read at once, and so is every other while somebody needs them."""
-    need = threading.Event()
-    source = RestingScript()
-    source.rest_s = 3600.0
-    rig = Rig(source=source, needed=need)
+    need = Need()
+    rig = Rig(source=RestingScript(3600.0), needed=need)
     rig.capture.start()
     for number in (1, 2, 3):
         rig.source.steps.put(number)
     assert rig.item() == 1
+    assert need.rests_s.get(timeout=WAIT_S) == 3600.0
     assert rig.items.empty()
     need.set()
     assert [rig.item(), rig.item()] == [2, 3]
@@ -234,13 +235,26 @@ def test_who_needs_a_source_ends_its_rest() -> None:
 
 def test_stop_ends_a_rest() -> None:
     """A source that rests is released as soon as it is to stop."""
-    source = RestingScript()
-    source.rest_s = 3600.0
-    rig = Rig(source=source, needed=threading.Event())
+    need = Need()
+    rig = Rig(source=RestingScript(3600.0), needed=need)
     rig.capture.start()
     rig.source.steps.put(1)
-    assert rig.item() == 1
+    assert need.rests_s.get(timeout=WAIT_S) == 3600.0
     rig.capture.request_stop()
+    assert rig.source.released.wait(WAIT_S)
+
+
+def test_no_rest_begins_after_a_request_to_stop() -> None:
+    """Not even if, after the request, nobody needs the source any longer."""
+    need = threading.Event()
+
+    def sink(_item: int) -> None:
+        rig.capture.request_stop()
+        need.clear()
+
+    rig = Rig(sink, RestingScript(3600.0), need)
+    rig.capture.start()
+    rig.source.steps.put(1)
     assert rig.source.released.wait(WAIT_S)
 
 

@@ -31,6 +31,10 @@ _LOG = structlog.get_logger(__name__)
 _SILENT_S: Final = 1.8
 """A camera without a picture for this long is unplugged or hung (the interface allows 2 s)."""
 
+_AHEAD: Final = 4
+"""So many frames are decoded after each read has begun. The last of them counts as old, because
+others may have been passed over since."""
+
 _OPEN_S: Final = 8.0
 _RAW_MAX_BYTES_PER_S: Final = 20_000_000
 """More than this does not fit through USB 2 uncompressed: request Motion JPEG."""
@@ -74,7 +78,7 @@ class OpenCvCamera:
     `captured_s` is when OpenCV received the frame.
 
     OpenCV's reads cannot be interrupted (V4L2 waits 10 s for a frame), so each opening has a thread
-    that grabs every frame and decodes the next one after each `read` has begun, which gives up
+    that grabs every frame and decodes the next few after each `read` has begun, which gives up
     on it after 1.8 s. A hung thread is abandoned: it releases the device when OpenCV returns.
     """
 
@@ -153,7 +157,10 @@ def _why_not_open(device: int | str) -> Sentence:
 
 
 class _Grabber:
-    """The thread that grabs every frame of the camera and decodes those that are asked for."""
+    """The thread that grabs every frame of the camera, decodes what is read and runs ahead of it.
+
+    A frame is kept until it is taken, becomes old, or a newer one is decoded.
+    """
 
     def __init__(self, make: Callable[[], VideoDevice], clock: Clock, device: int | str) -> None:
         self._make = make
@@ -161,7 +168,7 @@ class _Grabber:
         self._device = device
         self._condition = threading.Condition()
         self._opened = False
-        self._is_asked = True
+        self._to_decode = _AHEAD
         self._newest: tuple[NDArray[np.uint8], float] | None = None
         self._failure: SourceError | None = None
         self._stopping = False
@@ -177,9 +184,11 @@ class _Grabber:
                 )
 
     def newest(self, timeout_s: float) -> tuple[NDArray[np.uint8], float]:
-        """Return a frame grabbed after this call, but for the first one."""
+        """Return the kept frame, else the next one; no frame is returned twice."""
         with self._condition:
-            self._is_asked = self._newest is None
+            if not self._to_decode:
+                self._newest = None
+            self._to_decode = _AHEAD
             self._condition.wait_for(lambda: self._newest or self._failure, timeout_s)
             found, self._newest = self._newest, None
             if found is None:
@@ -212,13 +221,14 @@ class _Grabber:
     def _grab(self, device: VideoDevice) -> None:
         if not device.grab():
             raise SourceError(Sentence("camera.stopped", {"camera": self._device}))
-        if not self._is_asked:
-            return
         captured_s = self._clock.now_s()
+        if not self._to_decode:
+            return
         good, bgr = device.retrieve()
         if good:  # otherwise a Motion JPEG picture is damaged: wait for the next
             with self._condition:
-                self._newest, self._is_asked = (bgr, captured_s), False
+                self._newest = (bgr, captured_s)
+                self._to_decode -= 1
                 self._condition.notify_all()
 
     def _set_opened(self) -> None:

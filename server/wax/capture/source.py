@@ -11,8 +11,8 @@ After `read`, pictures are turned as ``rotate`` and ``mirror`` of the settings s
 turns them itself declares ``is_upright = True``.
 
 While nobody needs its pictures, a class that declares ``rest_s`` is read only once in so many
-seconds. It promises that, however long it was left unread, the next `read` returns a picture
-captured at most one period before the call.
+seconds. It promises that, however long it was left unread, the next `read` returns no older a
+picture than if it had been read all along.
 """
 
 from __future__ import annotations

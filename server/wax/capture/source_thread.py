@@ -68,7 +68,9 @@ class SourceThread(DeviceThread, Generic[ItemT]):
             self._mark_working()
             self._sink(item)
             rest_s = getattr(self._source, "rest_s", None)
-            if rest_s is not None and self._needed is not None:
+            # `sink`, or who needed the source, may have cleared `needed` since `request_stop`.
+            may_rest = rest_s is not None and not self._stopping.is_set()
+            if may_rest and self._needed is not None:
                 self._needed.wait(rest_s)
 
     def request_stop(self) -> None:

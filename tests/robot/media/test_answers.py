@@ -197,43 +197,84 @@ def test_an_answer_without_a_picture_is_no_picture(link: MediaProcessLink, far: 
 
 
 class Sleeper:
-    """A camera that may rest, and counts its pictures in their pixels."""
+    """A camera that may rest, with the number of each picture as its time."""
 
     rest_s = 0.0
 
     def __init__(self) -> None:
+        self.frames = threading.Semaphore(0)
         self.made = 0
 
     def open(self) -> None: ...
 
     def read(self) -> Picture:
+        self.frames.acquire()
         self.made += 1
-        return Picture(np.full((3, 2), self.made, np.uint8), float(self.made))
+        return Picture(yuv(3, 2), float(self.made))
 
     def close(self) -> None: ...
 
 
-def test_a_camera_that_may_rest_takes_one_picture_for_each_request(link: MediaProcessLink) -> None:
-    """A picture that nobody asks for is not taken, and none that is sent is older than its request.
+class Tireless(Sleeper):
+    """A camera that may not rest."""
 
-    Only the first is taken unasked, when the camera opens.
-    """
+    rest_s = None  # type: ignore[assignment]
+
+
+@pytest.fixture
+def sleeper() -> Sleeper:
+    return Sleeper()
+
+
+@pytest.fixture
+def outlet(link: MediaProcessLink, sleeper: Sleeper) -> Iterator[CameraOutlet]:
     ours, theirs = Pipe()
     descriptor = make_memory()
     link.attach(ours, descriptor)
-    sleeper = Sleeper()
-    outlet = CameraOutlet(
-        lambda: sleeper, theirs, PictureMemory(descriptor), name="camera", clock=SystemClock()
-    )
+    memory = PictureMemory(descriptor)
+    outlet = CameraOutlet(lambda: sleeper, theirs, memory, name="camera", clock=SystemClock())
     outlet.start()
-    until(lambda: sleeper.made == 1)
-    remote = RemoteCamera(link, nothing)
-    assert [remote.read().captured_s for _ in range(5)] == [1.0, 2.0, 3.0, 4.0, 5.0]
-    assert sleeper.made == 5
+    yield outlet
+    outlet.request_stop()
+    sleeper.frames.release()
     outlet.stop()
     link.detach(GONE)
     ours.close()
+    outlet._answers._thread.join()
+    theirs.close()
     os.close(descriptor)
+
+
+def test_pictures_are_taken_while_the_last_one_is_used(
+    link: MediaProcessLink, outlet: CameraOutlet, sleeper: Sleeper
+) -> None:
+    """Who asks for one picture after another does not wait for a camera that may rest."""
+    for number in range(1, 6):
+        sleeper.frames.release()
+        until(lambda: outlet._slot.count > outlet._seen)
+        assert RemoteCamera(link, nothing).read().captured_s == number
+
+
+def test_a_camera_rests_while_nobody_asks(
+    link: MediaProcessLink, outlet: CameraOutlet, sleeper: Sleeper
+) -> None:
+    """From its opening on, it takes two pictures unasked, and who then asks gets a new one."""
+    sleeper.frames.release(100)
+    for asked in range(1, 4):
+        until(lambda: sleeper.made and not outlet._slot.needed.is_set())
+        until(lambda: outlet._slot.count == sleeper.made)
+        made = sleeper.made
+        assert made <= 3 * asked
+        assert RemoteCamera(link, nothing).read().captured_s > made
+
+
+@pytest.mark.parametrize("sleeper", [Tireless()])
+def test_a_camera_that_may_not_rest_is_read_without_being_asked(
+    outlet: CameraOutlet, sleeper: Sleeper
+) -> None:
+    """It may queue what is not read."""
+    sleeper.frames.release(5)
+    until(lambda: outlet._slot.count == 5)
 
 
 def yuv(*shape: int) -> Any:

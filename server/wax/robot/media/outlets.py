@@ -102,7 +102,7 @@ class _SourceOutlet:
 class CameraOutlet(_SourceOutlet):
     """Writes the newest picture into memory when the server asks for one.
 
-    A camera that may rest takes one picture for each request: the server asks as often as it needs.
+    A camera that may rest does so once the server has left two pictures, which then are too old.
     """
 
     def __init__(
@@ -116,19 +116,22 @@ class CameraOutlet(_SourceOutlet):
     ) -> None:
         self._slot = NewestSlot[Picture]()
         self._memory = memory
+        self._slot.needed.set()
         self._seen = 0
-        source = _Made(make, checked_picture)
+        self._made = _Made(make, checked_picture)
         self._source = SourceThread(
-            source, self._put, name=name, clock=clock, needed=self._slot.needed
+            self._made, self._put, name=name, clock=clock, needed=self._slot.needed
         )
         self._answers = _Answers(connection, self._next, name)
 
     def _put(self, picture: Picture) -> None:
-        self._slot.needed.clear()  # first: the next request may come before `put` returns
+        if self._made.rest_s is not None and self._slot.count > self._seen:
+            self._slot.needed.clear()  # first: the next request may come before `put` returns
         self._slot.put(picture)
 
     def _next(self, _question: bytes) -> bytes:
-        if self._slot.count == self._seen:
+        if not self._slot.needed.is_set():
+            self._seen = self._slot.count
             self._slot.needed.set()
         while (found := self._slot.newer_than(self._seen, _LOOK_S)) is None:
             if (problem := self._source.problem) is not None:
