@@ -3,7 +3,6 @@ import { useEffect, useRef } from "preact/hooks";
 import type { Panel } from "../state";
 import { type Code, t } from "../words/words";
 import { useActions, useState } from "./context";
-import { Facts } from "./Facts";
 import { Gauges } from "./Gauges";
 import { CloseIcon } from "./icons";
 import { late } from "./late";
@@ -11,6 +10,7 @@ import { Queue } from "./Queue";
 import { Settings } from "./Settings";
 import { Stats } from "./Stats";
 
+export const Facts = late(async () => (await import("./Facts")).Facts, { isForDriving: true });
 export const RulesPanel = late(async () => (await import("./RulesPanel")).RulesPanel);
 export const HostPanel = late(async () => (await import("./host/HostPanel")).HostPanel);
 

@@ -11,7 +11,7 @@ import { undraw } from "../testing/draw";
 import { hello, hostConsole, planar, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { App } from "./App";
-import { HostPanel, RulesPanel } from "./Panels";
+import { Facts, HostPanel, RulesPanel } from "./Panels";
 import { WaysPanel } from "./Settings";
 
 export let state: State;
@@ -23,7 +23,7 @@ let levels: number[] = [];
 /** Call it once per file: it draws the page anew before each test. */
 export function drawsPage(): void {
   beforeAll(async () => {
-    for (const part of [HostPanel, RulesPanel, WaysPanel]) await part.load();
+    for (const part of [Facts, HostPanel, RulesPanel, WaysPanel]) await part.load();
   });
   beforeEach(draw);
   afterEach(undraw);

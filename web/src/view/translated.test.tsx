@@ -18,7 +18,7 @@ import { EndedPage, Hours } from "./EndedPage";
 import { HostPanel } from "./host/HostPanel";
 import { LanguageChoice } from "./LanguageChoice";
 import { LossPanel } from "./LossPanel";
-import { HostPanel as LateHostPanel, RulesPanel } from "./Panels";
+import { Facts, HostPanel as LateHostPanel, RulesPanel } from "./Panels";
 import { Queue } from "./Queue";
 import { WaysPanel } from "./Settings";
 import { SoundMeter } from "./SoundMeter";
@@ -33,7 +33,7 @@ let state: State;
 let session: Session;
 
 beforeAll(async () => {
-  for (const part of [LateHostPanel, RulesPanel, WaysPanel, Hours]) await part.load();
+  for (const part of [Facts, LateHostPanel, RulesPanel, WaysPanel, Hours]) await part.load();
 });
 
 /** The host's page, with as much text as possible. */
