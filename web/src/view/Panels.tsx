@@ -10,7 +10,7 @@ import { Queue } from "./Queue";
 import { Settings } from "./Settings";
 import { Stats } from "./Stats";
 
-export const Facts = late(async () => (await import("./Facts")).Facts, { isForDriving: true });
+export const Facts = late(async () => (await import("./Facts")).Facts);
 export const RulesPanel = late(async () => (await import("./RulesPanel")).RulesPanel);
 export const HostPanel = late(async () => (await import("./host/HostPanel")).HostPanel);
 
