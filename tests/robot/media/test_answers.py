@@ -150,6 +150,30 @@ def test_the_reason_for_its_end_is_awaited(
     timer.join()
 
 
+class _EndsMeanwhile:
+    """A connection whose process is reported as ended while its last message is being read."""
+
+    def __init__(self, link: MediaProcessLink) -> None:
+        self._link = link
+
+    def send_bytes(self, _question: bytes) -> None: ...
+
+    def poll(self, _within_s: float) -> bool:
+        return True
+
+    def recv_bytes(self, _most: int) -> bytes:
+        self._link.detach(GONE)
+        return b"{"
+
+
+def test_a_late_answer_does_not_hide_why_the_process_ended(link: MediaProcessLink) -> None:
+    """The reason stands although the message was read after it."""
+    link.attach(_EndsMeanwhile(link), None)  # type: ignore[arg-type]
+    with pytest.raises(SenseError) as failed:
+        link.ask(NEXT, 2.0)
+    assert failed.value.sentence == GONE
+
+
 def test_a_new_process_gets_new_requests(link: MediaProcessLink, far: Connection) -> None:
     """A request that the last process did not answer is dropped."""
     with pytest.raises(SenseError):
