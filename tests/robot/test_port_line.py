@@ -280,9 +280,9 @@ def test_a_robot_that_does_not_answer_differs_from_a_lost_port(
     """
     robot = connect()
     online(robot)
-    epoch = robot.state().epoch
     setattr(board, fault, True)
     eventually(robot, lambda state: not state.connected)
+    epoch = robot.state().epoch
     problem = robot.state().problem or ""
     assert f"does not answer on {board.path}" in str(problem)
     assert "server/firmware" in str(problem)

@@ -355,7 +355,6 @@ def test_a_frozen_standby_holds_the_robot_until_another_is_ready(bridge: Bridge)
     driver = make_driver(by_bridge(bridge), SystemClock())
     try:
         driven(bridge, opened(driver), CURVE)
-        epoch = driver.state().epoch
         session: Any = vars(driver)["_session"]
         pid = session._standby._process.pid
         assert not in_real_time or os.sched_getscheduler(pid) == os.SCHED_RR
@@ -365,6 +364,7 @@ def test_a_frozen_standby_holds_the_robot_until_another_is_ready(bridge: Bridge)
             assert time.monotonic() < end_s
             feed(driver, CURVE, for_s=0.05)
         assert driver.state().said == STARTS
+        epoch = driver.state().epoch
         standing(bridge)
         bridge.forget()
         feed(driver, CURVE, for_s=0.1)

@@ -175,11 +175,11 @@ def test_a_base_that_comes_back_is_a_new_connection(
     looked(driver, link)
     until(driver, lambda state: state.connected)
     moved(driver, link)
-    epoch = driver.state().epoch
     for subscribers in steps:
+        epoch = driver.state().epoch
         link.subscribers = subscribers
         looked(driver, link, AHEAD)
-    until(driver, lambda state: state.connected and state.epoch == epoch + 1)
+    until(driver, lambda state: state.connected and state.epoch > epoch)
     link.told.clear()
     while len(link.told) < 3:
         feed(driver, AHEAD, for_s=0.02)
@@ -242,7 +242,7 @@ def test_what_a_standby_has_stopped_stays_stopped(
     epoch = driver.state().epoch
     setattr(standby, when, True)
     feed(driver, AHEAD, for_s=0.1)
-    until(driver, lambda state: state.connected and state.epoch == epoch + 1)
+    until(driver, lambda state: state.connected and state.epoch > epoch)
     feed(driver, AHEAD, for_s=0.1)
     assert standby.told_before is not None
     assert set(link.told[standby.told_before :]) == {STANDSTILL}
