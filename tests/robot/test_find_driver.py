@@ -16,6 +16,7 @@ from wax.config.robot import RobotSettings
 from wax.driver.checks import within
 from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker, Twist
 from wax.errors import ConfigError
+from wax.robot.build_driver import limits_of
 from wax.robot.find_driver import NO_WATCHDOG, NOT_BUILT, make_driver, make_robot
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.simulated.chair import SimulatedChair
@@ -179,6 +180,31 @@ def test_a_driver_that_cannot_move_sideways_says_so(
             make_driver(RobotSettings(driver=name, base="omni"), clock)
 
 
+@pytest.mark.parametrize(
+    ("sideways", "configured", "speeds"),
+    [
+        ("lateral_mps=0.5", {}, (0.6, 0.9, 0.0)),
+        ("lateral_mps=0.5", {"max_linear_mps": 2.0, "max_lateral_mps": 0.3}, (1.0, 0.9, 0.3)),
+        ("lateral_mps=0.5", {"base": "omni", "max_angular_rps": 0.5}, (0.6, 0.5, 0.5)),
+        ("ttl_s=0.2", {"max_linear_mps": 0.2}, (0.2, 0.9, 0.0)),
+    ],
+)
+def test_no_driver_is_faster_than_configured(
+    plugin: Callable[[str], str],
+    clock: FakeClock,
+    sideways: str,
+    configured: dict[str, float],
+    speeds: tuple[float, ...],
+) -> None:
+    """Each of its speeds is the lesser of its own and the configuration's; the rest is its own."""
+    name = plugin(GOOD.replace(LIMITS, f"limits = Limits(1.0, 0.9, ('pan',), {sideways})"))
+    settings = RobotSettings.model_validate({"driver": name, **configured})
+    driver = make_driver(settings, clock)
+    allowed = limits_of(driver, settings)
+    assert (allowed.linear_mps, allowed.angular_rps, allowed.lateral_mps) == speeds
+    assert (allowed.axes, allowed.ttl_s) == (driver.limits.axes, driver.limits.ttl_s)
+
+
 @pytest.mark.parametrize("local", [None, LocalSettings(source="robot")])
 def test_the_simulated_robot_needs_wheels_that_move_it_sideways(
     local: LocalSettings | None, clock: FakeClock
@@ -259,7 +285,7 @@ def test_every_third_party_robot_gets_a_process(
     """The server uses a `ProcessDriver` with the robot's own kind, limits and senses."""
     robot = make_robot(RobotSettings(driver=plugin(text)), clock)
     assert isinstance(robot, ProcessDriver)
-    assert (robot.kind, robot.limits.linear_mps) == ("wooden", 1.0)
+    assert (robot.kind, robot.limits.linear_mps) == ("wooden", RobotSettings().max_linear_mps)
     assert isinstance(robot, HasCamera) == (EYE in text)
     assert isinstance(robot, HasMicrophone) == (EAR in text)
     assert "wooden_robot" not in sys.modules

@@ -66,6 +66,7 @@ class Limits:
 
     `lateral_mps` is how fast it moves sideways, 0 for a robot that cannot. The speed of its middle
     is limited as a whole: sideways and ahead at once is no faster than either (`checks.within`).
+    A robot that could go faster than `[robot]` allows is not asked to, in any direction.
     `controls` names its other controls, for `[[controls]]`; the driver is then a `HasControls`.
     `ttl_s` is how long the robot follows a set-point before its own watchdog stops it; None if
     unknown. `silence_s` is how long the driver process tolerates a silent server before it stops

@@ -7,6 +7,7 @@ libraries to load.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from pydantic import TypeAdapter, ValidationError
@@ -35,6 +36,17 @@ def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
     _check_properties(name, driver)
     check_sideways(settings, driver.limits)
     return driver
+
+
+def limits_of(driver: Driver, settings: RobotSettings) -> Limits:
+    """Return the driver's limits, none of its speeds above the one configured in `[robot]`."""
+    own = driver.limits
+    return replace(
+        own,
+        linear_mps=min(own.linear_mps, settings.max_linear_mps),
+        angular_rps=min(own.angular_rps, settings.max_angular_rps),
+        lateral_mps=min(own.lateral_mps, settings.lateral_mps),
+    )
 
 
 def check_sideways(settings: RobotSettings, limits: Limits) -> None:

@@ -101,7 +101,7 @@ def _look(settings: RobotSettings, clock: Clock, log: LogSettings | None) -> Kno
     name = settings.driver
     offer = None if is_plugin_name(name) else find_offer(name, DRIVERS, KEY)
     if offer is not None and offer.is_ours:
-        return Known.of(make_driver(settings, clock))
+        return Known.of(make_driver(settings, clock), settings)
     return look(settings, log)
 
 

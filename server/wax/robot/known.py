@@ -16,7 +16,7 @@ from wax.driver.hand import HasHand
 from wax.driver.interface import KnowsItsView, Limits, OwnView
 from wax.errors import ConfigError, PluginError
 from wax.machine import python_module
-from wax.robot.build_driver import KEY
+from wax.robot.build_driver import KEY, limits_of
 from wax.robot.media.messages import Sense
 from wax.robot.process.pipe_messages import Begin, encode
 
@@ -46,11 +46,11 @@ class Known(BaseModel):
     is_guess: bool = False
 
     @classmethod
-    def of(cls, driver: Driver) -> Self:
-        """Return what is known of a driver that was built."""
+    def of(cls, driver: Driver, settings: RobotSettings) -> Self:
+        """Return what is known of a driver that was built with these settings."""
         return cls(
             kind=driver.kind,
-            limits=driver.limits,
+            limits=limits_of(driver, settings),
             senses=tuple(one for one in _SENSES if callable(getattr(driver, one, None))),
             own_view=driver.own_view if isinstance(driver, KnowsItsView) else None,
             has_hand=isinstance(driver, HasHand),

@@ -36,7 +36,7 @@ def main() -> None:
 def _seen(settings: RobotSettings) -> LookResult:
     try:
         driver = make_driver(settings, SystemClock())
-        return LookResult(known=Known.of(driver))
+        return LookResult(known=Known.of(driver, settings))
     except PluginError as error:
         return LookResult(failed=str(error))
     except ConfigError as error:

@@ -62,7 +62,7 @@ def made(log: Log) -> Iterator[Callable[[str], SensingDriver]]:
             driver=f"tests.robot.media.sighted:{name}",
             serial=SerialSettings(url=str(log._path)),
         )
-        known = Known.of(getattr(sighted, name)(settings, SystemClock()))
+        known = Known.of(getattr(sighted, name)(settings, SystemClock()), settings)
         media = MediaProcess(settings)
         robots.append(SensingDriver(settings, SystemClock(), known=known, media=media))
         return robots[-1]
@@ -151,7 +151,7 @@ def test_it_has_the_senses_of_the_driver_and_no_other(
     assert robot.own_view.width_m == 0.4
     settings = RobotSettings(driver="tests.robot.media.sighted:Sighted")
     known = look(settings)  # in a process, as the server does
-    assert known == Known.of(sighted.Sighted(settings, SystemClock()))
+    assert known == Known.of(sighted.Sighted(settings, SystemClock()), settings)
     assert not isinstance(made("Recorder"), HasCamera | HasMicrophone | HasSpeaker | KnowsItsView)
 
 

@@ -19,6 +19,7 @@ from wax.clock import SystemClock
 from wax.config.local import LocalSettings
 from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.build_driver import limits_of
 from wax.robot.process.driver import ProcessDriver
 
 TWISTS: Final = {
@@ -32,7 +33,8 @@ TWISTS: Final = {
 def process_driver(settings: RobotSettings, **more: Any) -> ProcessDriver:
     """Build what `make_robot` drives by, without a process that looks at somebody's own driver."""
     known = getattr(recorder, settings.driver.partition(":")[2])
-    return ProcessDriver(settings, SystemClock(), kind=known.kind, limits=known.limits, **more)
+    limits = limits_of(known, settings)
+    return ProcessDriver(settings, SystemClock(), kind=known.kind, limits=limits, **more)
 
 
 def main() -> None:

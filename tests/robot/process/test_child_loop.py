@@ -304,7 +304,7 @@ def test_with_a_person_aboard_a_dead_server_stops_the_robot_at_once(
     claim = Claim(tmp_path / "claim")
     watchdog = DriverWatchdog(LIMITS, 1000.0)  # that much silence never comes here
     passenger = Passenger(
-        RestingHand(time), hand_watchdog(LOCAL, RobotSettings(), LIMITS, watchdog), time, claim
+        RestingHand(time), hand_watchdog(LOCAL, RobotSettings(), watchdog), time, claim
     )
     loop = ChildLoop(
         robot, watchdog, time, reader=server.reader, writer=server.writer, passenger=passenger

@@ -82,7 +82,7 @@ def applied(watchdog: DriverWatchdog | HandWatchdog, twist: Twist) -> Twist:
 def by_hand_watchdog(twist: Twist) -> Twist:
     """Let it through once nobody's hand has been on the control for a while."""
     rules = HandRules.of(LOCAL, RobotSettings(), 0.02)
-    watchdog = HandWatchdog(DriverWatchdog(LIMITS, 1.0), LIMITS, rules)
+    watchdog = HandWatchdog(DriverWatchdog(LIMITS, 1.0), rules)
     for step in range(-100, 1):
         at_s = NOW_S + step / 20
         watchdog.handle_readings([HandReading(at_s)], at_s)

@@ -237,7 +237,7 @@ class Trace:
         error, which = cell
         self.hand = Channel(rng, "hand", error if which == "hand" else "none", tally)
         self.server = Channel(rng, "server", error if which == "server" else "none", tally)
-        self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S), LIMITS, RULES)
+        self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S), RULES)
         self.decoder = line.HandDecoder()
         self.oracle = Oracle()
         self.arrived: list[HandReading] = []

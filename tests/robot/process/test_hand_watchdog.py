@@ -47,7 +47,7 @@ class Chair:
     """A server that drives, a person with a control, and an obedient driver."""
 
     def __init__(self, rules: HandRules = RULES) -> None:
-        self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S, CONTROLS), LIMITS, rules)
+        self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S, CONTROLS), rules)
         self.now_s = 100.0
         self.sequence = 0
         self.turn = 1

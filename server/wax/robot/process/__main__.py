@@ -14,7 +14,7 @@ import structlog
 from wax.clock import SystemClock
 from wax.errors import ConfigError
 from wax.machine.priority import raise_priority
-from wax.robot.build_driver import make_driver
+from wax.robot.build_driver import limits_of, make_driver
 from wax.robot.process.child_loop import ChildLoop
 from wax.robot.process.child_start import claim_pipes, first_line, log_as, outlive_signals, run
 from wax.robot.process.driver_watchdog import DriverWatchdog
@@ -37,7 +37,8 @@ def main() -> int:
     clock = SystemClock()
     try:
         driver = make_driver(begin.robot, clock)
-        watchdog = DriverWatchdog(driver.limits, begin.robot.silence_ms / 1000.0, begin.controls)
+        limits = limits_of(driver, begin.robot)
+        watchdog = DriverWatchdog(limits, begin.robot.silence_ms / 1000.0, begin.controls)
         passenger = make_passenger(begin, driver, watchdog, clock)
     except ConfigError as error:
         _LOG.error("the driver cannot be built", problem=str(error))

@@ -86,7 +86,7 @@ class ChildLoop:
         self._state = RobotState(connected=False)
         self._said: tuple[object, ...] = ()
         self._said_s = 0.0
-        self._unsent = encode(Ready(kind=driver.kind, limits=driver.limits))
+        self._unsent = encode(Ready(kind=driver.kind, limits=watchdog.limits))
         self._logged: Sentence | None = None
         self._broken: set[str] = set()
         self._is_alone = False

@@ -99,7 +99,7 @@ class DriverWatchdog:
     def __init__(
         self, limits: Limits, silence_s: float, controls: Iterable[ControlSettings] = ()
     ) -> None:
-        self._limits = limits
+        self.limits = limits
         self._controls = {one.name: one for one in controls}
         self._held: dict[str, ControlValue] = {}
         self._silence_s = silence_s
@@ -183,7 +183,7 @@ class DriverWatchdog:
         asked = Twist(move.linear_mps, move.angular_rps, move.lateral_mps)
         if asked.is_zero and move.sent_s > self._held_s:
             self._armed, self.problem = True, None
-        self._twist = within(asked, self._limits) if self._armed else STANDSTILL
+        self._twist = within(asked, self.limits) if self._armed else STANDSTILL
         if not self._armed and not asked.is_zero:
             self._wait_for_neutral()
         return Apply(self._twist, self._turn)
@@ -192,7 +192,7 @@ class DriverWatchdog:
         if not self._armed:
             self._wait_for_neutral()
             return ()
-        if axis.name not in self._limits.axes:
+        if axis.name not in self.limits.axes:
             return ()
         return (SetAxis(axis.name, axis.position, self._turn),)
 

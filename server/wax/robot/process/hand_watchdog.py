@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from wax.control.local_hand import HandRules
     from wax.driver.hand import HandReading
-    from wax.driver.interface import Aboard, Limits, Twist
+    from wax.driver.interface import Aboard, Twist
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
     from wax.robot.process.pipe_messages import Message
     from wax.sentence import Sentence
@@ -45,9 +45,8 @@ class HandWatchdog:
     stop the person, and then the control must be at rest first.
     """
 
-    def __init__(self, watchdog: DriverWatchdog, limits: Limits, rules: HandRules) -> None:
+    def __init__(self, watchdog: DriverWatchdog, rules: HandRules) -> None:
         self._watchdog = watchdog
-        self._limits = limits
         self._rules = rules
         self._hand = HandState()
         self._twist = STANDSTILL
@@ -195,7 +194,7 @@ class HandWatchdog:
         return call
 
     def _own(self, now_s: float) -> Apply:
-        target = local_hand.twist(self._hand, self._rules, self._limits)
+        target = local_hand.twist(self._hand, self._rules, self._watchdog.limits)
         return self._ramped(target, self._watchdog.turn, now_s)
 
     def _ramped(self, target: Twist, turn: int, now_s: float) -> Apply:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.local import LocalSettings
     from wax.config.robot import RobotSettings
-    from wax.driver.interface import Driver, Limits
+    from wax.driver.interface import Driver
     from wax.robot.hand.source import HandSource
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
     from wax.robot.process.pipe_messages import Begin
@@ -98,7 +98,7 @@ def make_passenger(
     if not begin.local.is_on:
         return None
     hand = make_hand(begin.local, driver, clock)
-    rules = hand_watchdog(begin.local, begin.robot, driver.limits, watchdog)
+    rules = hand_watchdog(begin.local, begin.robot, watchdog)
     if not begin.claim:
         return Passenger(hand, rules, clock)
     path = Path(begin.claim)
@@ -106,7 +106,7 @@ def make_passenger(
 
 
 def hand_watchdog(
-    local: LocalSettings, robot: RobotSettings, limits: Limits, watchdog: DriverWatchdog
+    local: LocalSettings, robot: RobotSettings, watchdog: DriverWatchdog
 ) -> HandWatchdog:
     """Return the watchdog that puts the person aboard above the server."""
-    return HandWatchdog(watchdog, limits, HandRules.of(local, robot, PERIOD_S))
+    return HandWatchdog(watchdog, HandRules.of(local, robot, PERIOD_S))

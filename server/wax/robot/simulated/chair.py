@@ -53,7 +53,6 @@ class SimulatedChair:
         self._watchdog = hand_watchdog(
             local,
             settings,
-            self._robot.limits,
             DriverWatchdog(self._robot.limits, settings.silence_ms / 1000, controls),
         )
         self._passenger = Passenger(make_hand(local, self, clock), self._watchdog, clock)
