@@ -10,7 +10,7 @@ from tests.robot.dialect_robot import Robot, connected, framed, going
 
 from wax.clock import SystemClock
 from wax.config.robot import RobotSettings
-from wax.driver.interface import STANDSTILL, Twist
+from wax.driver.interface import STANDSTILL, Pose, Twist
 from wax.errors import ConfigError
 from wax.robot.build_driver import make_driver
 from wax.robot.line.setpoints import Order
@@ -38,6 +38,11 @@ def greeted(flags: int) -> tuple[FramesDialect, Robot]:
 
 def settings(**robot: Any) -> RobotSettings:
     return RobotSettings.model_validate({"driver": "serial", "base": "mecanum"} | robot)
+
+
+def dialect_of(robot: RobotSettings) -> FramesDialect:
+    core = SerialRobot(robot, SystemClock())._core
+    return core._dialect  # type: ignore[attr-defined,no-any-return]
 
 
 # --- what is sent -------------------------------------------------------------------------
@@ -112,12 +117,25 @@ def test_a_robot_that_does_not_move_sideways_is_sent_drives(flags: int) -> None:
     assert (len(words), due_s) == (22, 1.02)
 
 
+@pytest.mark.parametrize(("base", "mmps"), [("mecanum", 250), ("omni", 120)])
+def test_a_base_that_is_not_moved_sideways_turns_as_told(base: str, mmps: int) -> None:
+    """Of its sides, too, a wheel drives as far as the base's sizes say, and its ticks say as far."""
+    sizes = {"wheel_base_m": 0.2, "axle_base_m": 0.3, "omni_radius_m": 0.12}
+    ticks = {"serial": {"ticks_per_m": 1000.0}}
+    robot = settings(base=base, max_lateral_mps=0, **sizes, **ticks)
+    dialect, far = dialect_of(robot), Robot()
+    far.hear(dialect.hello(1.0))
+    far.answer(dialect, 1.0, flags=CAN)
+    turning = Order(Twist(0.0, 1.0), 1)
+    assert far.hear(dialect.data_to_send(turning, 1.0)[0])[-1] == DriveBody(-mmps, mmps)
+    far.answer(dialect, 2.0, time_ms=1000, left_ticks=-mmps, right_ticks=mmps)
+    assert dialect.reading.pose == pytest.approx(Pose(0.0, 0.0, 1.0))
+
+
 def test_two_encoders_do_not_tell_where_it_is() -> None:
     """A turn and a way sideways look alike to them, so the place stays unknown."""
     robot = settings(serial={"ticks_per_m": 1000.0})
-    core = SerialRobot(robot, SystemClock())._core
-    dialect = core._dialect  # type: ignore[attr-defined]
-    far = Robot()
+    dialect, far = dialect_of(robot), Robot()
     far.hear(dialect.hello(1.0))
     far.answer(dialect, 1.0, flags=CAN)
     far.answer(dialect, 1.1, time_ms=100, left_ticks=-50, right_ticks=50, flags=CAN)
@@ -139,7 +157,7 @@ def test_its_limits_are_the_configured_ones() -> None:
 
 def test_bytes_cannot_say_sideways() -> None:
     """The configuration is refused, with its key."""
-    with pytest.raises(ConfigError, match=r"^robot\.max_lateral_mps: serial cannot"):
+    with pytest.raises(ConfigError, match=r"^robot\.max_lateral_mps: .* \"bytes\" has no byte"):
         make_driver(settings(serial={"dialect": "bytes"}), SystemClock())
 
 

@@ -197,8 +197,8 @@ def test_a_base_has_the_wheels_of_the_configuration(base: Base) -> None:
 
 def test_a_base_of_the_configuration_may_be_driven_by_its_sides() -> None:
     """For a board that is told two speeds, a base of any wheels has two sides."""
-    robot = RobotSettings(base="mecanum")
-    assert both(WheelMixer(robot, "differential").mix(Twist(0.3, 0.0))) == (0.3, 0.3)
+    mixer = WheelMixer(RobotSettings(base="mecanum"), "differential")
+    assert both(mixer.mix(Twist(0.3, 0.0))) == (0.3, 0.3)
 
 
 def test_a_slow_limit_sideways_does_not_slow_it_ahead() -> None:

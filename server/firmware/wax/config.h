@@ -30,8 +30,8 @@ const int16_t FULL_SPEED_MMPS = 800;
 const uint8_t LEAST_PWM = 40;
 
 // --- the base: wax::Kind::SIDES, MECANUM (four wheels, LEFT and RIGHT are in front) or OMNI (three,
-// one at the back), as src/core/base.h describes them; [robot] base must say the same. A server
-// that does not move it sideways needs a wheel_base_m of TRACK_MM + AXLES_MM, or of 2 * RADIUS_MM.
+// one at the back), as src/core/base.h describes them; [robot] must say the same, in metres: base,
+// and wheel_base_m, axle_base_m or omni_radius_m.
 const wax::Kind BASE = wax::Kind::SIDES;
 const uint16_t TRACK_MM = 200, AXLES_MM = 200;  // MECANUM: from left to right, and front to back
 const uint16_t RADIUS_MM = 120;                 // OMNI: from the middle to each wheel

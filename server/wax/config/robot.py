@@ -81,13 +81,14 @@ class RobotSettings(ConfigTable):
             return self.max_lateral_mps
         return 0.0 if self.base == "differential" else self.max_linear_mps
 
-    def lever_m(self, base: Base | None = None) -> float:
-        """Return a wheel's speed in m/s for each rad/s on the spot; `base` is its own if None."""
+    @property
+    def lever_m(self) -> float:
+        """A wheel's speed in m/s for each rad/s on the spot."""
         return {
             "differential": self.wheel_base_m / 2.0,
             "mecanum": (self.wheel_base_m + self.axle_base_m) / 2.0,
             "omni": self.omni_radius_m,
-        }[base or self.base]
+        }[self.base]
 
     @model_validator(mode="after")
     def _has_the_wheels_of_its_lines(self) -> Self:

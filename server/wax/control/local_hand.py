@@ -71,7 +71,7 @@ class HandRules:
             acceleration_rps2=robot.max_angular_acceleration_rps2,
             soft_braking=robot.soft_braking,
             braking_mps2=robot.braking_mps2,
-            braking_rps2=robot.braking_mps2 / robot.lever_m(),
+            braking_rps2=robot.braking_mps2 / robot.lever_m,
         )
 
 

@@ -56,5 +56,5 @@ class Rules:
             soft_braking=robot.soft_braking,
             braking_mps2=robot.braking_mps2,
             # With this rate the wheels brake equally when turning on the spot and going straight.
-            braking_rps2=robot.braking_mps2 / robot.lever_m(),
+            braking_rps2=robot.braking_mps2 / robot.lever_m,
         )

@@ -53,7 +53,7 @@ class WheelGeometry:
     """The wheels of a base: their `names`, in the order of all sequences, and where they are.
 
     A sign of `signs` is -1 for a wheel of an inverted side, else 1. If no `base` is given, it is
-    that of the configuration.
+    that of the configuration; two sides of any base turn it as its own wheels do.
     """
 
     def __init__(self, settings: RobotSettings, base: Base | None = None) -> None:
@@ -63,7 +63,7 @@ class WheelGeometry:
         inverted = {"left": settings.invert_left, "right": settings.invert_right}
         self.signs = {name: -1.0 if inverted.get(_side(name)) else 1.0 for name in self.names}
         self._wheels = _WHEELS[base]
-        self._lever_m = settings.lever_m(base)
+        self._lever_m = settings.lever_m
 
     def speeds_mps(self, twist: Twist) -> dict[str, float]:
         """Return how fast each wheel rolls, forward positive before any inversion."""

@@ -72,7 +72,7 @@ class ObservedRobot:
 
     def apply(self, twist: Twist, turn: int) -> None:
         self._driver.apply(twist, turn)
-        aside_mps = abs(twist.angular_rps) * self._robot.lever_m()
+        aside_mps = abs(twist.angular_rps) * self._robot.lever_m
         self._write("said", not twist.is_zero, twist.speed_mps + aside_mps)
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
