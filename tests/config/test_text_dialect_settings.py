@@ -128,7 +128,7 @@ def test_what_is_wrong_is_one_sentence(change: dict[str, Any], why: str) -> None
 def test_a_board_moves_sideways_if_its_line_says_so(
     base: str, drive: str, *, is_told: bool
 ) -> None:
-    """The line has {lateral}, or the wheels of such a base; else the driver is refused."""
+    """The line has {lateral}, or the wheels of such a base; else it is quoted and refused."""
     text = {"drive": drive, "per_mps": 1000.0, "per_rps": 1000.0}
     serial = {"dialect": "text", "text": text}
     robot = {"driver": "serial", "base": base, "max_lateral_mps": 0.4, "serial": serial}
@@ -137,8 +137,19 @@ def test_a_board_moves_sideways_if_its_line_says_so(
     if is_told:
         assert make_driver(settings, SystemClock()).limits.lateral_mps == 0.4
     else:
-        with pytest.raises(ConfigError, match=r"^robot\.max_lateral_mps: serial cannot move"):
+        with pytest.raises(ConfigError) as refused:
             make_driver(settings, SystemClock())
+        assert f'serial.text.drive = "{drive}" has no {{lateral}}' in str(refused.value)
+
+
+def test_a_place_for_sideways_needs_a_speed() -> None:
+    """Two sides do not say whether the robot can: a line with {lateral} would always say 0."""
+    text = {"drive": "{linear} {lateral} {angular}", "per_mps": 1.0, "per_rps": 1.0}
+    robot = {"driver": "serial", "serial": {"dialect": "text", "text": text}}
+    with pytest.raises(ConfigError, match=r"max_lateral_mps is missing: .*\{lateral\}"):
+        config.parse({"robot": robot}, "x")
+    for told in ({"max_lateral_mps": 0}, {"max_lateral_mps": 0.4}, {"base": "mecanum"}):
+        config.parse({"robot": robot | told}, "x")
 
 
 def test_lines_of_another_dialect_need_not_be_whole() -> None:

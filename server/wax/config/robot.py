@@ -94,6 +94,12 @@ class RobotSettings(ConfigTable):
     def _has_the_wheels_of_its_lines(self) -> Self:
         if self.driver == "serial" and self.serial.dialect == "text":
             self.serial.text.check_wheels(self.base)
+            is_unsaid = self.base == "differential" and self.max_lateral_mps == "auto"
+            if is_unsaid and self.serial.text.moves_sideways:
+                raise ValueError(
+                    "max_lateral_mps is missing: serial.text.drive has {lateral}, so how fast does"
+                    " the robot move sideways? 0 if it does not"
+                )
         return self
 
     def own(self, model: type[OwnT]) -> OwnT:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import structlog
 
+from wax.config.as_toml import as_toml
 from wax.driver.interface import Limits, Reading
 from wax.errors import ConfigError
 from wax.robot.line.core import LineCore
@@ -37,12 +38,13 @@ class SerialRobot(LineRobot):
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         serial = settings.serial
+        _refuse_sideways(settings)
         limits = Limits(
             settings.max_linear_mps,
             settings.max_angular_rps,
             axes=() if serial.dialect == "bytes" else tuple(serial.axes),
             ttl_s=_own_watchdog_s(serial),
-            lateral_mps=_lateral_mps(settings),
+            lateral_mps=settings.lateral_mps,
         )
         core = SerialCore(_dialect(settings, limits), limits, serial)
         super().__init__(
@@ -113,13 +115,21 @@ def _own_watchdog_s(serial: SerialSettings) -> float | None:
     return None  # the board follows a byte for ever
 
 
-def _lateral_mps(settings: RobotSettings) -> float:
-    """Return the limit sideways, 0 where the dialect has no place for it."""
+def _refuse_sideways(settings: RobotSettings) -> None:
+    """Raise `ConfigError` if the robot is to move sideways, but its dialect cannot say so."""
     serial = settings.serial
-    is_told = serial.dialect == "frames" or (
-        serial.dialect == "text" and serial.text.moves_sideways
-    )
-    return settings.lateral_mps if is_told else 0.0
+    match serial.dialect:
+        case "bytes":
+            lacking = 'serial.dialect = "bytes" has no byte'
+        case "text" if not serial.text.moves_sideways:
+            lacking = f"serial.text.drive = {as_toml(serial.text.drive)} has no {{lateral}}"
+        case _:
+            return
+    if settings.lateral_mps > 0:
+        raise ConfigError(
+            f"robot.max_lateral_mps: {lacking} to move this robot sideways; set it to 0, or see"
+            " robot.serial."
+        )
 
 
 def _refuse_mixing(settings: RobotSettings) -> None:
