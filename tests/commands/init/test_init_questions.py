@@ -79,7 +79,7 @@ def test_at_most_five_questions(found: Found, driver: str) -> None:
 def test_a_default_is_explained_as_in_the_manual() -> None:
     """The file says of the keys that it leaves as they are what the manual says."""
     text = render(questions.answers(defaults(BENCH)), BENCH, "robot.toml", "today")
-    for key in ("braking_mps2", "base", "wheel_base_m", "dialect", "baud"):
+    for key in ("braking_mps2", "wheel_base_m", "dialect", "baud"):
         said = re.findall(rf"^((?:# .*\n)+)# Allowed: .*\n{key} = ", MANUAL, re.MULTILINE)
         assert any(f"{one}{key} = " in text for one in said), key
 

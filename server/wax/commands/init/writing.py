@@ -103,7 +103,7 @@ def _robot(answers: Answers, found: Found) -> str:
     )
     if answers.driver == "simulated":
         return text
-    text += _key(defaults, "base") + _key(defaults, "wheel_base_m")
+    text += _key(defaults, "wheel_base_m")
     if answers.driver != "serial":
         return text + _own_table(answers.driver)
     serial = SerialSettings()
