@@ -1,8 +1,9 @@
 """Limits strangers' work in each pass of the event loop, and decides who waits.
 
 asyncio runs its timers, and with them the control loop, once a pass. So the work of all strangers
-together gets two milliseconds of each pass, and the rest waits for the next: no command of the
-operator's and no Stop waits for more than that.
+together gets two milliseconds of each pass, or a tenth of a longer one, and the rest waits for the
+next: no command of the operator's and no Stop waits for more than that. The tenth is needed while
+the loop is busy: with few passes a second, what arrives would otherwise wait ever longer.
 """
 
 from __future__ import annotations
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
     from wax.edge.budget import Payer
 
 _PASS_S: Final = 0.002
+_PASS_SHARE: Final = 0.1
 _WOKEN: Final = 2
-"""Waiting peers, and waiting requests, that go on in each pass even if others use it up first."""
+"""Waiting peers, and waiting requests, that go on in each pass even if others use it up first; as
+many more as a long pass has more time."""
 
 
 class Turnstile:
@@ -28,8 +31,8 @@ class Turnstile:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._used_s = 0.0
-        self._is_next_due = False
+        self._used_s, self._limit_s = 0.0, _PASS_S
+        self._is_next_due, self._planned_s = False, 0.0
         self._peers, self._requests = _Queue(), _Queue()
         self.charged_s = 0.0
         """The time charged to all payers since the start."""
@@ -37,7 +40,7 @@ class Turnstile:
     @property
     def is_open(self) -> bool:
         """Whether a stranger's work may still begin in this pass."""
-        return self._used_s < _PASS_S
+        return self._used_s < self._limit_s
 
     def wait_s(self, payer: Payer) -> float:
         """Return how long a payer's debt makes it wait, else 0; the pass's limit is `is_open`."""
@@ -72,14 +75,15 @@ class Turnstile:
 
     def _plan_next_pass(self) -> None:
         if not self._is_next_due:
-            self._is_next_due = True
+            self._is_next_due, self._planned_s = True, self._clock.now_s()
             asyncio.get_running_loop().call_soon(self._next_pass)
 
     def _next_pass(self) -> None:
         self._is_next_due = False
         self._used_s = 0.0
+        self._limit_s = max(_PASS_S, _PASS_SHARE * (self._clock.now_s() - self._planned_s))
         for queue in (self._peers, self._requests):
-            queue.wake()
+            queue.wake(int(_WOKEN * self._limit_s / _PASS_S))
             if queue.waiting:
                 self._plan_next_pass()
 
@@ -95,8 +99,7 @@ class _Queue:
         self.waiting.setdefault(payer, deque()).append(turn)
         return turn
 
-    def wake(self) -> None:
-        left = _WOKEN
+    def wake(self, left: int) -> None:
         for payer in list(self.waiting):
             if not left:
                 return

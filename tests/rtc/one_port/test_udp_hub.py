@@ -412,7 +412,10 @@ async def test_an_empty_datagram_ends_nothing(rig: Rig) -> None:
 
 async def test_a_flood_delays_nobody_else(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """One viewer's flood waits in their own queue, and the overflow is lost."""
-    monkeypatch.setattr(lite_connection, "_STEP_S", 0.0)  # each datagram uses it up
+    monkeypatch.setattr(lite_connection, "_STEP_S", 0.0)
+    monkeypatch.setattr(lite_connection, "_STEP_SHARE", 0.0)
+    for peer in rig.peers:  # each datagram uses it up
+        monkeypatch.setattr(peer, "_step_s", 0.0)
     read: list[str] = []
 
     async def reads(peer: LiteConnection) -> None:
@@ -434,19 +437,22 @@ async def test_a_flood_delays_nobody_else(rig: Rig, monkeypatch: pytest.MonkeyPa
     assert read.count("ada") <= 200
 
 
-@pytest.mark.parametrize(("each_s", "in_a_row"), [(0.0001, 5), (0.0006, 1)])
-async def test_cheap_datagrams_share_a_pass(
-    each_s: float, in_a_row: int, rig: Rig, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("each_s", "pass_s", "in_a_row"),
+    [(0.0001, 0.0, 5), (0.0006, 0.0, 1), (0.0006, 0.05, 9), (0.0006, 0.02, 4)],
+)
+async def test_datagrams_share_a_pass(
+    each_s: float, pass_s: float, in_a_row: int, rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Cheap datagrams share a pass, so that commands do not queue behind reports in long passes."""
-    worked_s = 0.0
+    """A peer gets half a millisecond of a pass, or a tenth of a long one."""
+    worked_s, one_pass, start_s = 0.0, 0, time.monotonic()
     monkeypatch.setattr(time, "thread_time", lambda: worked_s)
+    monkeypatch.setattr(rig.peers[0], "_now_s", lambda: start_s + one_pass * pass_s)
     await rig.ada.verifies()
     for _ in range(12):
         rig.ada.sends(b"ada")
     await async_until(lambda: rig.peers[0]._queue.qsize() == 12)
     passes = Counter[int]()
-    one_pass = 0
 
     async def reads() -> None:
         nonlocal worked_s

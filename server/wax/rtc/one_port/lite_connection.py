@@ -30,8 +30,11 @@ _ENOUGH: Final = 16
 """With this many queued, the rest waits in this peer's own kernel queue, if it has one."""
 _STEP_S: Final = 0.0005
 """Time per pass of the event loop for one peer's datagrams, so that a flood delays nobody. A pass
-reads at least one; if it read only one, an operator's commands would wait behind their page's
-reports in passes of 20 ms."""
+reads at least one."""
+_STEP_SHARE: Final = 0.1
+"""In a long pass a peer gets this part of it. With less, an operator whose datagrams arrive faster
+than that is read ever later while the loop is busy: each command is too old, and the robot stands
+although the loop still has time."""
 
 
 class LiteConnection:
@@ -58,7 +61,7 @@ class LiteConnection:
         self._now_s = now_s
         self._agent = LiteAgent(now_s=now_s())
         self._queue: asyncio.Queue[tuple[bytes, Path | None] | None] = asyncio.Queue(_MAX_WAITING)
-        self._step_began_s = 0.0
+        self._step_began_s, self._step_s = 0.0, _STEP_S
         self._stray: Path | None = None
         """The path of the datagram that `recv` returned last, if it was not the selected one."""
         self._reached: Path | None = None
@@ -153,8 +156,10 @@ class LiteConnection:
     async def recv(self) -> bytes:
         """Return the next datagram; raises `ConnectionError` once closed."""
         is_next = not self._queue.empty()
-        if is_next and time.thread_time() - self._step_began_s >= _STEP_S:
+        if is_next and time.thread_time() - self._step_began_s >= self._step_s:
+            paused_s = self._now_s()
             await asyncio.sleep(0)
+            self._step_s = max(_STEP_S, _STEP_SHARE * (self._now_s() - paused_s))
             is_next = False
         taken = None if self._closed.is_set() else await self._queue.get()
         if not is_next:
