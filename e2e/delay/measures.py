@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 MEASURES: Final[dict[str, tuple[str, str]]] = {
     "picture_age_p50_ms": ("picture, p50", "ms"),
     "picture_age_p95_ms": ("picture, p95", "ms"),
+    "sharpness_ssim": ("sharpness, SSIM", ""),
+    "sharpness_psnr_db": ("sharpness, PSNR", "dB"),
     "sound_age_p50_ms": ("sound, p50", "ms"),
     "sound_age_p95_ms": ("sound, p95", "ms"),
     "skew_p50_ms": ("skew, p50", "ms"),

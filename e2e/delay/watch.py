@@ -15,6 +15,7 @@ from e2e.delay.names import OURS, profile
 from e2e.delay.systems import start
 from e2e.harness.page_clock import unix_ms
 from e2e.instrument import PRELOAD, Instrument
+from e2e.instrument.sharpness import sharpness
 from e2e.instrument.sums import SETTLE_S
 from e2e.link import Link
 from e2e.load.crowd.crowd import gathered
@@ -23,6 +24,7 @@ from e2e.load.process import ProcessMeter
 from e2e.measure.command import OUT
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
+from e2e.peers.sizes import VGA
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
@@ -42,6 +44,7 @@ FETCH_EVERY_S: Final = 240.0
 disturbed."""
 BEYOND_S: Final = 100.0
 """How long a cell may take in addition to its own time before it counts as hung."""
+_LOOKS: Final = 20
 _HEARS_WITHIN_S: Final = 4.0
 _LOOK_EVERY_S: Final = 0.1
 
@@ -106,6 +109,7 @@ async def _watch(
             failed_s = await running.fail_safe_s()
             costs = await _costs(running.pid, browser)
             psutil.cpu_percent()
+            await instrument.look(_LOOKS, (until_s - time.monotonic()) / _LOOKS)
             await _wait(instrument, until_s)
             values["machine_busy"] = psutil.cpu_percent()
             values |= _shares(costs, await _costs(running.pid, browser))
@@ -115,11 +119,13 @@ async def _watch(
                 values["crowd_least_per_s"] = await others()
         else:
             problem = f"there was no picture within {within_s:.0f} s"
+            values["sharpness_ssim"] = 0.0
         readings = await instrument.readings()
         after = await link.statistics()
         delivered = after.delivered - before.delivered
         late = after.late - before.late
         values["link_late_percent"] = 100 * late / delivered if delivered else 0.0
+        values |= sharpness(await instrument.looks(), readings.pictures, VGA[:2])
     values |= measured(cell, readings, settle_s, began_ms)
     detail: dict[str, object] = {"problem": problem} if problem else {}
     return values, detail

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
+from base64 import b64decode
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from e2e.delay.readings import Pictures, Readings, Sound
+from e2e.instrument.sharpness import Look
+from e2e.instrument.stamps import whole_ms
 from e2e.measure.errors import MeasureError
-from wax.capture.testcard import STAMP_MODULUS
 from wax.protocol.messages import SoundReport
 
 if TYPE_CHECKING:
@@ -19,8 +22,6 @@ if TYPE_CHECKING:
 
 _PARTS: Final = ("clock", "hooks", "video_probe", "counts", "commands", "main")
 NAME: Final = "__waxLab"
-_PLAUSIBLE_MS: Final = 600_000.0
-"""A card farther from now is invalid: one picture in 256 has the right check by chance."""
 
 
 def preload(name: str = NAME) -> str:
@@ -73,6 +74,19 @@ class Instrument:
         # A copy, which does not grow later.
         return self._readings.model_copy(deep=True)
 
+    async def look(self, times: int, every_s: float) -> None:
+        """Look at the whole picture from now on, so often and so many times."""
+        await self._evaluate(f"{self._at}.look({times}, {1000 * every_s})")
+
+    async def looks(self) -> list[Look]:
+        """Return what was seen; to hand over that many pixels disturbs the page, so do it last."""
+        found = []
+        while (seen := await self._evaluate(f"{self._at}.handOver()")) is not None:
+            plane = np.frombuffer(b64decode(seen["luma"]), np.uint8)
+            luma = plane.reshape(seen["height"], seen["stride"])[:, : seen["width"]]
+            found.append(Look(seen["at_ms"], luma))
+        return found
+
     def _take(self, taken: dict[str, Any]) -> None:
         known = self._readings
         if known is None or (known.first_picture_ms is None and self._load != taken["load"]):
@@ -85,13 +99,6 @@ class Instrument:
         for name in ("counters", "player_sound", "commands", "set_points", "connections"):
             columns = getattr(known, name)
             _extend(columns, type(columns)(**taken[name]))
-
-
-def whole_ms(stamp40_ms: int, at_ms: float) -> float | None:
-    """Return the Unix time near `at_ms` that a card's 40 bits stand for; None if none is near."""
-    half = STAMP_MODULUS // 2
-    behind_ms = (math.floor(at_ms) - stamp40_ms + half) % STAMP_MODULUS - half
-    return None if abs(behind_ms) > _PLAUSIBLE_MS else float(math.floor(at_ms) - behind_ms)
 
 
 def _pictures(taken: dict[str, list[Any]]) -> Pictures:

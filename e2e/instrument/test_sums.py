@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from e2e.delay.readings import Connections, Pictures, PlayerSound, Readings, SetPoints
-from e2e.instrument.instrument import Instrument, whole_ms
+from e2e.instrument.instrument import Instrument
+from e2e.instrument.stamps import whole_ms
 from e2e.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.instrument.sums import drift_per_min, figures, window
 from e2e.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings, shown

@@ -12,7 +12,8 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Final
 
-from e2e.peers.media import BITRATE_BPS, sources
+from e2e.peers.media import sources
+from e2e.peers.sizes import FPS, VGA
 from wax.config.video import RenditionSettings
 from wax.congestion.allocation import SoundEncoding
 from wax.encode.sample_clock import SampleClock
@@ -47,7 +48,9 @@ class Stream:
 
 
 def feed_video(camera: VideoSource, stream: Stream) -> None:
-    rendition = RenditionSettings(width=640, height=480, fps=30, bitrate_bps=BITRATE_BPS)
+    rendition = RenditionSettings(
+        width=VGA.width, height=VGA.height, fps=FPS, bitrate_bps=VGA.bitrate_bps
+    )
     encoder = VideoEncoder(codec="vp8", rendition=rendition)
     packetizer = Vp8Packetizer(picture_id=0, tl0_picidx=0)
     number = 0

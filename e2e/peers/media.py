@@ -17,6 +17,7 @@ import numpy as np
 from aiortc import MediaStreamTrack
 from av import AudioFrame, VideoFrame
 
+from e2e.peers.sizes import FPS, VGA
 from wax.capture.source import SAMPLE_RATE_HZ
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import SystemClock
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from wax.capture.source import AudioSource, VideoSource
 
-BITRATE_BPS: Final = 1_000_000
 VIDEO_CLOCK_HZ: Final = 90_000
 
 
@@ -36,7 +36,8 @@ VIDEO_CLOCK_HZ: Final = 90_000
 def sources() -> Iterator[tuple[VideoSource, AudioSource]]:
     """Open the test card."""
     clock = SystemClock()
-    camera = TestCardVideo(VideoSettings(source="testcard"), clock)
+    given = VideoSettings(source="testcard", width=VGA.width, height=VGA.height, fps=FPS)
+    camera = TestCardVideo(given, clock)
     microphone = TestCardAudio(AudioSettings(source="testcard", channels=1), clock)
     with ExitStack() as opened:
         for source in (camera, microphone):
@@ -46,8 +47,8 @@ def sources() -> Iterator[tuple[VideoSource, AudioSource]]:
 
 
 def set_bitrate() -> None:
-    """Let aiortc's VP8 start at `BITRATE_BPS`, by the usual patch: there is no public way."""
-    aiortc.codecs.vpx.DEFAULT_BITRATE = BITRATE_BPS
+    """Let aiortc's VP8 start at what the size may have, by the usual patch: there is no public way."""
+    aiortc.codecs.vpx.DEFAULT_BITRATE = VGA.bitrate_bps
 
 
 class _Track(MediaStreamTrack):

@@ -26,6 +26,8 @@ if (window === window.top && !(NAME in window)) {
     value: {
       watch: hooks.watch,
       sees: video.sees,
+      look: video.look,
+      handOver: video.handOver,
       take: () => ({
         load,
         opened_ms: clock.unix(0),

@@ -90,6 +90,32 @@ const makeVideoProbe = (clock, hooks) => {
     }
   };
 
+  // The brightness of the whole picture that stands there, kept here until the readings are over: to
+  // hand one over takes the page longer than a picture lasts.
+  const seen = [];
+  const lookOnce = async () => {
+    const at_ms = clock.now();
+    const frame = new VideoFrame(chosen);
+    try {
+      if (!hasLuma(frame)) return;
+      const plane = new Uint8Array(frame.allocationSize());
+      const [{ offset, stride }] = await frame.copyTo(plane);
+      const { width, height } = frame.visibleRect;
+      const luma = plane.slice(offset, offset + stride * height);
+      seen.push({ at_ms, width, height, stride, luma });
+    } finally {
+      frame.close();
+    }
+  };
+  const look = (times, every_ms) => {
+    if (chosen) lookOnce().catch((error) => console.debug(error));
+    if (times > 1) setTimeout(look, every_ms, times - 1, every_ms);
+  };
+  const handOver = () => {
+    const one = seen.shift();
+    return one ? { ...one, luma: one.luma.toBase64() } : null;
+  };
+
   const area = (video) => 1e6 * video.clientWidth * video.clientHeight + video.videoWidth;
   const plays = (video) =>
     !video.paused &&
@@ -113,5 +139,12 @@ const makeVideoProbe = (clock, hooks) => {
     video.requestVideoFrameCallback(onFrame);
   });
 
-  return { choose, table, sees: () => first_ms !== null, first_ms: () => first_ms };
+  return {
+    choose,
+    table,
+    look,
+    handOver,
+    sees: () => first_ms !== null,
+    first_ms: () => first_ms,
+  };
 };

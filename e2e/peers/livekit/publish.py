@@ -13,7 +13,8 @@ from aiortc import RTCConfiguration, RTCPeerConnection, RTCRtpSender, RTCSession
 from livekit import rtc
 
 from e2e.measure.errors import MeasureError
-from e2e.peers.media import BITRATE_BPS, CameraTrack, MicrophoneTrack
+from e2e.peers.media import CameraTrack, MicrophoneTrack
+from e2e.peers.sizes import FPS, VGA
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 _LEAVE_WITHIN_S: Final = 1.0
 _CODECS: Final = {"video": ("video/VP8", "video/rtx"), "audio": ("audio/opus",)}
-FPS: Final = 30
-SIZE: Final = (640, 480)
 
 
 async def by_sdk(
@@ -43,7 +42,7 @@ async def by_sdk(
         await room.connect(url, token)
     except rtc.ConnectError as error:
         raise MeasureError(f"{url} refuses the publisher: {error}") from error
-    video, audio = rtc.VideoSource(*SIZE), rtc.AudioSource(SAMPLE_RATE_HZ, 1)
+    video, audio = rtc.VideoSource(VGA.width, VGA.height), rtc.AudioSource(SAMPLE_RATE_HZ, 1)
     threads = ThreadPoolExecutor(max_workers=2, thread_name_prefix="capture")
     works: list[asyncio.Future[None]] = [over]
     try:
@@ -52,7 +51,7 @@ async def by_sdk(
             rtc.TrackPublishOptions(
                 source=rtc.TrackSource.SOURCE_CAMERA,
                 simulcast=True,
-                video_encoding=rtc.VideoEncoding(max_framerate=FPS, max_bitrate=BITRATE_BPS),
+                video_encoding=rtc.VideoEncoding(max_framerate=FPS, max_bitrate=VGA.bitrate_bps),
             ),
         )
         await room.local_participant.publish_track(

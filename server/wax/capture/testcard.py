@@ -92,14 +92,15 @@ class TestCardVideo:
         self._frame = max(self._frame, math.floor(late))
         _sleep_until(self._start_s + self._frame / self._fps, self._clock, self._sleep)
         captured_s, wall_ms = self._clock.now_s(), self._clock.wall_ms()
-        picture = Picture(self._draw(wall_ms), captured_s, within_s=0.0)
+        picture = Picture(self.draw(wall_ms), captured_s, within_s=0.0)
         self._frame += 1
         return picture
 
     def close(self) -> None:
         self._tile = None
 
-    def _draw(self, wall_ms: int) -> NDArray[np.uint8]:
+    def draw(self, wall_ms: int) -> NDArray[np.uint8]:
+        """Return the card of this moment, which depends on nothing else: I420, when opened."""
         if self._tile is None:
             raise RuntimeError("read before open")
         width, height, tile = self._width, self._height, self._tile
