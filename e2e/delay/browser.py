@@ -10,6 +10,7 @@ from playwright.async_api import Error, async_playwright
 from e2e.delay.systems.served import origin
 from e2e.harness.chromium import chromium_at
 from e2e.measure.ear import Ear, open_ear
+from e2e.peers.sizes import VGA
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from playwright.async_api import Page
 
     from e2e.link import Link
+    from e2e.peers.sizes import Size
 
 LOAD_WITHIN_MS: Final = 120_000.0
 """A page of some 100 kB takes a modem half a minute."""
@@ -37,12 +39,19 @@ class Browser:
         return float(sum(process["cpuTime"] for process in told["processInfo"]))
 
     @asynccontextmanager
-    async def window(self, preload: str) -> AsyncIterator[Page]:
-        """Open a page with no cookies or cache; `preload` runs in it before its own scripts."""
+    async def window(self, preload: str, size: Size = VGA) -> AsyncIterator[Page]:
+        """Open a page with no cookies or cache; `preload` runs in it before its own scripts.
+
+        It has room for a picture of this size.
+        """
         # With the microphone allowed, Chromium offers its address. Otherwise it offers a name to be
         # resolved by multicast, which a server without WAX's remedy tries in vain for a second.
+        width, height = size.window
         context = await self._browser.new_context(
-            bypass_csp=True, locale="en-GB", permissions=["microphone"]
+            bypass_csp=True,
+            locale="en-GB",
+            permissions=["microphone"],
+            viewport={"width": width, "height": height},
         )
         context.set_default_navigation_timeout(LOAD_WITHIN_MS)
         try:

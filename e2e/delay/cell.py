@@ -7,6 +7,7 @@ from typing import Final, Literal
 from pydantic import BaseModel, ConfigDict
 
 from e2e.delay.names import SystemName, shown
+from e2e.peers.sizes import SIZES, VGA, Size, SizeName
 
 GOALS: Final = "G"
 
@@ -24,6 +25,8 @@ class Cell(BaseModel):
     """Only for ``thesis``; None means 500."""
     player: Literal["auto", "browser", "built-in"] = "auto"
     """Which player plays WAX's sound on the page."""
+    size: SizeName = "640x480"
+    """The size of the source, which fixes the highest bit rate too (`e2e.peers.sizes`)."""
     viewers: int = 1
     """The number of viewers; all but the first only count what they get."""
     slow: int = 0
@@ -36,6 +39,10 @@ class Cell(BaseModel):
     """The number of the repetition, which also seeds the link's random choices."""
 
     @property
+    def given(self) -> Size:
+        return SIZES[self.size]
+
+    @property
     def variant(self) -> str:
         """The same for all repetitions of a cell."""
         parts: list[str] = [] if self.experiment == GOALS else [self.experiment]
@@ -44,6 +51,8 @@ class Cell(BaseModel):
             parts.append(f"{self.audio_mu_ms}ms")
         if self.player != "auto":
             parts.append(f"{self.player}-player")
+        if self.given is not VGA:
+            parts.append(self.size)
         if self.viewers != 1:
             parts.append(f"{self.viewers}-viewers")
         return "/".join(parts)

@@ -9,6 +9,7 @@ from e2e.delay.cell import GOALS, Cell
 from e2e.delay.measures import MEASURES
 from e2e.delay.names import PEERS, SYSTEMS, SystemName, shown
 from e2e.measure.row import Row, summarize
+from e2e.peers.sizes import SIZES, VGA, SizeName
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -35,8 +36,9 @@ class Goal:
     """A goal for the median of `measure` over the cells of `profile` and `system`.
 
     It must be `at_most` or `at_least` this number, and at most `times` the least, or at least
-    `times` the greatest, of the columns `of`, plus `plus`. A figure with a sign, such as a drift, is judged by its size. For a ``crowd``
-    the figure is the increase over the cells with one viewer.
+    `times` the greatest, of the columns `of`, plus `plus`. A figure with a sign, such as a drift,
+    is judged by its size. For a ``crowd`` the figure is the increase over the cells with one
+    viewer.
     """
 
     profile: str
@@ -47,13 +49,15 @@ class Goal:
     times: float = 1.0
     plus: float = 0.0
     of: tuple[str, ...] = ()
+    size: SizeName = "640x480"
     experiment: str = GOALS
     kind: Literal["cells", "crowd"] = "cells"
 
     @property
     def key(self) -> str:
         prefix = "" if self.experiment == GOALS else f"{self.experiment}/"
-        return f"{prefix}{shown(self.profile)}/{self.system}/{self.measure}/{self.kind}"
+        place = f"{shown(self.profile)}{_at(self.size, '/{}')}"
+        return f"{prefix}{place}/{self.system}/{self.measure}/{self.kind}"
 
 
 def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
@@ -106,6 +110,21 @@ def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
         ("step-down", drives_it, "full_after_ms", 15_000, {}),
         ("outage", drives_it, "picture_recovered_ms", 500, {}),
         ("outage", drives_it, "full_after_ms", 3000, {}),
+    )
+    large: tuple[tuple[Any, ...], ...] = (
+        (here, "picture_age_p50_ms", None, {"times": 0.9, **peers}),
+        (here, picture, None, {"times": 0.6, **stock}),
+        (here, "arrival_age_p50_ms", 18, {}),
+        (here, "arrival_age_p95_ms", 28, {}),
+        (here, "pictures_1280_per_s", None, {"at_least": 29}),
+        (here, "sharpness_ssim", None, sharp),
+        (here, "server_cpu", 50, {}),
+        ("internet-5m", picture, None, {"times": 0.85, **peers}),
+        ("internet-5m", "sharpness_ssim", None, sharp),
+    )
+    asked += tuple(
+        (profile, drives_it, measure, at_most, {"size": "1280x720", **more})
+        for profile, measure, at_most, more in large
     )
     for profile, system, measure, at_most, more in asked:
         yield Goal(profile, system, measure, at_most, **more)
@@ -174,7 +193,8 @@ def judge(goal: Goal, cells: Sequence[Found]) -> Row:
 
 
 def _what(goal: Goal) -> str:
-    what = f"{shown(goal.profile)}, {_WHO[goal.system]}: {MEASURES[goal.measure][0]}"
+    size = _at(goal.size, " at {}").replace("x", "×")
+    what = f"{shown(goal.profile)}{size}, {_WHO[goal.system]}: {MEASURES[goal.measure][0]}"
     if goal.kind == "crowd":
         what += ", added by the crowd"
     if not goal.of:
@@ -185,6 +205,11 @@ def _what(goal: Goal) -> str:
     factor = "" if goal.times == 1 else f"{goal.times:.3g} × "
     more = f" + {goal.plus:g}" if goal.plus else ""
     return f"{what} ({sign} {factor}{whose}{more})"
+
+
+def _at(size: SizeName, form: str) -> str:
+    """Return a size in this form, unless it is the usual one."""
+    return "" if SIZES[size] is VGA else form.format(size)
 
 
 def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:
@@ -199,7 +224,8 @@ def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:
     return [
         one
         for one in cells
-        if (one.cell.profile, one.cell.experiment) == (goal.profile, goal.experiment)
+        if one.cell.profile == goal.profile
+        and (one.cell.size, one.cell.experiment) == (goal.size, goal.experiment)
         and (one.cell.viewers > 1) == (goal.kind == "crowd")
         and has(one.cell)
     ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from e2e.delay.changes import FRESH_MS, after_changes
 from e2e.delay.names import changes_s
 from e2e.instrument.sums import BRIDGED_MS, figures, window
+from e2e.peers.sizes import VGA
 
 if TYPE_CHECKING:
     from e2e.delay.cell import Cell
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 MEASURES: Final[dict[str, tuple[str, str]]] = {
     "picture_age_p50_ms": ("picture, p50", "ms"),
     "picture_age_p95_ms": ("picture, p95", "ms"),
+    "arrival_age_p50_ms": ("picture’s arrival, p50", "ms"),
+    "arrival_age_p95_ms": ("picture’s arrival, p95", "ms"),
     "sharpness_ssim": ("sharpness, SSIM", ""),
     "sharpness_psnr_db": ("sharpness, PSNR", "dB"),
     "sound_age_p50_ms": ("sound, p50", "ms"),
@@ -22,6 +25,7 @@ MEASURES: Final[dict[str, tuple[str, str]]] = {
     "skew_p50_ms": ("skew, p50", "ms"),
     "joined_skew_p95_ms": ("|skew|, p95, from 3 s after joining", "ms"),
     "pictures_per_s": ("pictures", "/s"),
+    "pictures_1280_per_s": ("pictures at 1280×720", "/s"),
     "pictures_640_per_s": ("pictures at 640×480", "/s"),
     "pictures_160_per_s": ("pictures at 160×120 or more", "/s"),
     "longest_freeze_ms": ("longest freeze", "ms"),
@@ -60,6 +64,8 @@ def measured(
     """Return every figure that the readings have; None means measured but never reached."""
     within = window(readings, settle_s=settle_s)
     found: dict[str, float | None] = {**figures(readings, within)}
+    if cell.given is VGA:  # whose pictures are never that large
+        found.pop("pictures_1280_per_s", None)
     steps_s = changes_s(cell.profile)
     if changes_began_ms is not None and len(steps_s) > 1:
         worse_ms, whole_ms = (changes_began_ms + 1000 * steps_s[place] for place in (0, -1))

@@ -27,7 +27,8 @@ PEERS: Final[tuple[SystemName, ...]] = ("stock", "livekit", "livekit-whip")
 OURS: Final[tuple[SystemName, ...]] = ("operator", "audio-master", "video-first")
 GIVEN: Final = (
     "All systems are given the same test card, 640×480 at 30 pictures a second, Opus, no STUN, and "
-    "a browser of the same build behind the same link.",
+    "a browser of the same build behind the same link; at 1280×720 each is given 2.5 Mbit/s where "
+    "it has 1 Mbit/s else.",
     "Thesis policy: the algorithm of 2004 on today’s transport, media units of 500 ms of sound.",
     "Stock aiortc: MediaRelay and one VP8 encoder for each viewer, begun at 1 Mbit/s, as in its "
     "examples.",
@@ -43,6 +44,16 @@ AGE: Final = (
     "The age of a picture begins when the system under test gets it, and ends when the browser "
     "hands it to its compositor. Left out, with every system alike, are a camera’s exposure and "
     "transfer before that, 20 to 60 ms with most of them, and the compositor and screen after it."
+)
+SHARPNESS: Final = (
+    "Sharpness: the structural similarity (SSIM) of the brightness that stands on the page to the "
+    "test card’s moving texture, at the source’s size, the mean of 20 even moments. A picture is "
+    "compared with the card that it is of, so that age does not count, but one that stands for "
+    "longer than 200 ms with the card of that moment."
+)
+ARRIVAL: Final = (
+    "Arrival of a picture: its age when its last packet has come, by the same browser, so that "
+    "decoding, drawing and the wait for the display’s refresh are left out."
 )
 
 WIRED: Final = ("same-machine", "lan", "campus", "internet-5m")

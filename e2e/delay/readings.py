@@ -28,6 +28,8 @@ class Pictures(_Columns):
     at_ms: list[float] = []
     stamp_ms: list[float | None] = []
     """The test card's time in whole Unix ms; None where it cannot be read."""
+    received_ms: list[float | None] = []
+    """When its last packet had come, by the browser; None where it does not tell."""
     width: list[int] = []
     height: list[int] = []
 

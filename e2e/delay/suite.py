@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.browser import open_browser
 from e2e.delay.judging import COLUMNS, OURS, judged
-from e2e.delay.names import AGE, GIVEN, SYSTEMS
+from e2e.delay.names import AGE, ARRIVAL, GIVEN, SHARPNESS, SYSTEMS
 from e2e.delay.plan import planned
 from e2e.delay.voice.command_age import SECONDS, command_age
 from e2e.delay.voice.mouth_to_speaker import mouth_to_speaker
@@ -38,7 +38,7 @@ async def _instrument(n: int) -> list[Row]:
 
 
 def _of(one: Planned) -> Case:
-    seconds = f"times {one.cell.seconds:g} s of {SYSTEMS[one.cell.system]}"
+    seconds = f"times {one.cell.seconds:g} s of {SYSTEMS[one.cell.system]} at {one.cell.size}"
     return Case(
         one.cell.variant,
         seconds,
@@ -126,6 +126,8 @@ SUITE: Final = Suite(
     notes=(
         "Judged is the median over the repetitions; what stands beside was measured once.",
         AGE,
+        SHARPNESS,
+        ARRIVAL,
         "Age of the sound: from capture to the ear, a sound device (PulseAudio’s null sink) whose "
         "output is recorded, so that the browser’s way to the device is included. Concealed is "
         "what was heard and never sent, stretched what was heard twice.",

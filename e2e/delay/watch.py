@@ -24,7 +24,6 @@ from e2e.load.process import ProcessMeter
 from e2e.measure.command import OUT
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
-from e2e.peers.sizes import VGA
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
@@ -90,7 +89,7 @@ async def _watch(
     began_ms, settle_s, problem = None, SETTLE_S, None
     async with AsyncExitStack() as leaving:
         running = await leaving.enter_async_context(start(cell, link, folder))
-        page = await leaving.enter_async_context(browser.window(PRELOAD))
+        page = await leaving.enter_async_context(browser.window(PRELOAD, cell.given))
         instrument = Instrument(page.evaluate, browser.ear)
         before = await link.statistics()
         is_thin = (link.profile.down.rate_bps or THIN_BPS) < THIN_BPS
@@ -125,7 +124,7 @@ async def _watch(
         delivered = after.delivered - before.delivered
         late = after.late - before.late
         values["link_late_percent"] = 100 * late / delivered if delivered else 0.0
-        values |= sharpness(await instrument.looks(), readings.pictures, VGA[:2])
+        values |= sharpness(await instrument.looks(), readings.pictures, cell.given[:2])
     values |= measured(cell, readings, settle_s, began_ms)
     detail: dict[str, object] = {"problem": problem} if problem else {}
     return values, detail

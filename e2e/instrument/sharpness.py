@@ -44,9 +44,7 @@ class Look(NamedTuple):
     luma: NDArray[np.uint8]
 
 
-def sharpness(
-    looks: Sequence[Look], pictures: Pictures, size: tuple[int, int]
-) -> dict[str, float]:
+def sharpness(looks: Sequence[Look], pictures: Pictures, size: tuple[int, int]) -> dict[str, float]:
     """Return the figures, means over the looks, for a source of this width and height.
 
     `pictures` tell since when a picture stands. Without looks there is no figure.

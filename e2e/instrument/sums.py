@@ -72,6 +72,7 @@ def figures(readings: Readings, within: Window) -> dict[str, float]:
     first_ms, sounds_ms = readings.first_picture_ms, readings.first_sound_ms
     found: dict[str, float | None] = {
         **_quantiles("picture_age", [age for _, age in aged]),
+        **_quantiles("arrival_age", _arrivals(readings.pictures, within)),
         **_quantiles("sound_age", [age for _, age in heard]),
         **_quantiles("command_round_trip", [trip for at, trip in commands if within.has(at)]),
         "skew_p50_ms": _median(skews_ms(heard, ages)),
@@ -84,7 +85,7 @@ def figures(readings: Readings, within: Window) -> dict[str, float]:
         "breaks": _breaks(readings, within),
         "set_points_per_s": _rate(readings.set_points.at_ms, within),
     }
-    for least in ((640, 480), (160, 120)):
+    for least in ((1280, 720), (640, 480), (160, 120)):
         times = [at for at, large in sized(readings.pictures, least) if large]
         name = f"pictures_{least[0]}_per_s"
         found[name] = (_rate(times, within) or 0.0) if shown and within.seconds > 0 else None
@@ -107,6 +108,16 @@ def picture_ages(pictures: Pictures) -> Series:
         (at, at - stamp)
         for at, stamp in zip(pictures.at_ms, pictures.stamp_ms, strict=True)
         if stamp is not None
+    ]
+
+
+def _arrivals(pictures: Pictures, within: Window) -> list[float]:
+    """Return the ages of the pictures when their last packets had come."""
+    rows = zip(pictures.at_ms, pictures.received_ms, pictures.stamp_ms, strict=True)
+    return [
+        received - stamp
+        for at, received, stamp in rows
+        if received is not None and stamp is not None and within.has(at)
     ]
 
 

@@ -9,6 +9,8 @@ from e2e.delay.readings import Counters, Pictures, Readings, Sound
 from e2e.instrument.cards import lies
 
 OPENED_MS = 1_800_000_000_000.0
+ARRIVED_BEFORE_MS = 30.0
+"""How long before it is presented a picture has arrived."""
 
 
 def readings(
@@ -36,6 +38,7 @@ def pictures(seconds: float, age_ms: float, lie_ms: float = 0.0) -> Pictures:
     return Pictures(
         at_ms=at_ms,
         stamp_ms=[true - (lie_ms if lies(true) else 0) for true in true_ms],
+        received_ms=[at - ARRIVED_BEFORE_MS for at in at_ms],
         width=[640] * count,
         height=[480] * count,
     )
@@ -49,6 +52,7 @@ def shown(*parts: tuple[float, float, float, int]) -> Pictures:
             at_ms = OPENED_MS + 1000 * (begin_s + number / rate)
             found.at_ms.append(at_ms)
             found.stamp_ms.append(at_ms - age_ms)
+            found.received_ms.append(None)
             found.width.append(width)
             found.height.append(width * 3 // 4)
         begin_s = until_s

@@ -23,7 +23,13 @@ if TYPE_CHECKING:
 SIZE = (640, 480)
 STAMP_MS = 1_795_249_152_112
 AGE_MS = 500.0
-SHOWN = Pictures(at_ms=[STAMP_MS + AGE_MS], stamp_ms=[STAMP_MS], width=[640], height=[480])
+SHOWN = Pictures(
+    at_ms=[STAMP_MS + AGE_MS],
+    stamp_ms=[STAMP_MS],
+    received_ms=[None],
+    width=[SIZE[0]],
+    height=[SIZE[1]],
+)
 
 
 def card(wall_ms: int = STAMP_MS) -> NDArray[np.uint8]:
@@ -46,7 +52,7 @@ def blurry(sigma: float) -> NDArray[np.uint8]:
 
 
 def test_similarity_is_as_defined() -> None:
-    """It is 1 for equal pictures; for two greys, and for half the contrast, what the formula says."""
+    """It is 1 for equal pictures, and what the formula says for two greys and half the contrast."""
     noise = np.random.default_rng(1).normal(128, 25, (200, 300)).clip(0, 255).astype(np.uint8)
     assert ssim(noise, noise) == pytest.approx(1)
     grey = np.full((40, 40), 100, np.uint8)

@@ -8,10 +8,18 @@ import pytest
 
 from e2e.delay.readings import Connections, Pictures, PlayerSound, Readings, SetPoints
 from e2e.instrument.instrument import Instrument
-from e2e.instrument.stamps import whole_ms
 from e2e.instrument.pauses import concealed_pauses, tone_pauses
+from e2e.instrument.stamps import whole_ms
 from e2e.instrument.sums import drift_per_min, figures, window
-from e2e.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings, shown
+from e2e.instrument.synthetic import (
+    ARRIVED_BEFORE_MS,
+    OPENED_MS,
+    blocks,
+    counters,
+    pictures,
+    readings,
+    shown,
+)
 from e2e.measure.ear import Ear
 from e2e.measure.errors import MeasureError
 
@@ -34,12 +42,13 @@ def test_of_nothing_there_is_nothing() -> None:
 
 @pytest.mark.parametrize(("picture_ms", "sound_ms"), [(80, 123), (200, 90)])
 def test_a_perfect_page_is_read_as_what_it_is(picture_ms: float, sound_ms: float) -> None:
-    """Ages, skew, rate and freeze are the true ones; nothing drifts, nothing pauses.
+    """Ages, arrival, skew, rate and freeze are the true ones; nothing drifts, nothing pauses.
 
     Sound earlier than its picture has a negative skew, whose size is judged.
     """
     found = summed(readings(20, picture_age_ms=picture_ms, sound_age_ms=sound_ms))
     assert found["picture_age_p50_ms"] == found["picture_age_p95_ms"] == picture_ms
+    assert found["arrival_age_p95_ms"] == picture_ms - ARRIVED_BEFORE_MS
     assert found["sound_age_p50_ms"] == pytest.approx(sound_ms, abs=0.5)
     skew_ms = sound_ms - picture_ms
     assert found["skew_p50_ms"] == pytest.approx(skew_ms, abs=0.5)

@@ -1,7 +1,8 @@
 """The media that every peer sends: a camera and a microphone, as in aiortc's own examples.
 
-The work is the same for all, and the same as WAX's largest rendition: 640×480 at 30 fps, VP8 of 1
-Mbit/s, and Opus. The tracks yield frames, so aiortc encodes them and answers keyframe requests.
+The work is the same for all, and the same as WAX's largest rendition: VP8 of a size of
+`e2e.peers.sizes` at 30 fps, and Opus. The tracks yield frames, so aiortc encodes them and answers
+keyframe requests.
 """
 
 from __future__ import annotations
@@ -27,16 +28,17 @@ from wax.config.video import VideoSettings
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from e2e.peers.sizes import Size
     from wax.capture.source import AudioSource, VideoSource
 
 VIDEO_CLOCK_HZ: Final = 90_000
 
 
 @contextmanager
-def sources() -> Iterator[tuple[VideoSource, AudioSource]]:
+def sources(size: Size = VGA) -> Iterator[tuple[VideoSource, AudioSource]]:
     """Open the test card."""
     clock = SystemClock()
-    given = VideoSettings(source="testcard", width=VGA.width, height=VGA.height, fps=FPS)
+    given = VideoSettings(source="testcard", width=size.width, height=size.height, fps=FPS)
     camera = TestCardVideo(given, clock)
     microphone = TestCardAudio(AudioSettings(source="testcard", channels=1), clock)
     with ExitStack() as opened:
@@ -46,9 +48,14 @@ def sources() -> Iterator[tuple[VideoSource, AudioSource]]:
         yield camera, microphone
 
 
-def set_bitrate() -> None:
-    """Let aiortc's VP8 start at what the size may have, by the usual patch: there is no public way."""
-    aiortc.codecs.vpx.DEFAULT_BITRATE = VGA.bitrate_bps
+def set_bitrate(size: Size) -> None:
+    """Let aiortc's VP8 start at what the size may have, by the usual patch: there is no public way.
+
+    What its congestion control may grow to is no less, and else as shipped.
+    """
+    vpx = aiortc.codecs.vpx
+    vpx.DEFAULT_BITRATE = size.bitrate_bps
+    vpx.MAX_BITRATE = max(vpx.MAX_BITRATE, size.bitrate_bps)
 
 
 class _Track(MediaStreamTrack):

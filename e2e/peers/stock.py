@@ -1,9 +1,9 @@
-"""A stock aiortc server to compare with: ``python -m e2e.peers.stock HOST PORT``.
+"""A stock aiortc server to compare with: ``python -m e2e.peers.stock HOST PORT [SIZE]``.
 
 It is what aiortc's own examples lead to, one encoder per peer. It has the same work as WAX: the
-same test card, through `MediaRelay`, VP8 640×480 at 30 fps and 1 Mbit/s, Opus. It differs from the
-examples where they would spoil the comparison: it asks no STUN server (that alone would cost
-seconds), and VP8 starts at WAX's bit rate.
+same test card, through `MediaRelay`, VP8 640×480 at 30 fps and 1 Mbit/s, or another size of
+`e2e.peers.sizes`, and Opus. It differs from the examples where they would spoil the comparison: it
+asks no STUN server (that alone would cost seconds), and VP8 starts at WAX's bit rate.
 """
 
 from __future__ import annotations
@@ -11,15 +11,17 @@ from __future__ import annotations
 import asyncio
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from aiohttp import web
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.media import MediaRelay
 
 from e2e.peers.media import CameraTrack, MicrophoneTrack, set_bitrate, sources
+from e2e.peers.sizes import SIZES, VGA
 
 if TYPE_CHECKING:
+    from e2e.peers.sizes import SizeName
     from wax.capture.source import AudioSource, VideoSource
 
 PAGE: Final = Path(__file__).with_name("stock.html")
@@ -65,9 +67,10 @@ class Room:
 
 
 def main() -> None:
-    host, port = sys.argv[1:]
-    set_bitrate()
-    with sources() as (camera, microphone):
+    host, port, *name = sys.argv[1:]
+    size = SIZES[cast("SizeName", name[0])] if name else VGA
+    set_bitrate(size)
+    with sources(size) as (camera, microphone):
         room = Room(camera, microphone)
         app = web.Application()
         app.router.add_get("/", room.page)

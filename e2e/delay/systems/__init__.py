@@ -25,13 +25,13 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[S
     """
     match cell.system:
         case "stock":
-            arguments = ["-m", "e2e.peers.stock", "0.0.0.0", str(PORT)]
+            arguments = ["-m", "e2e.peers.stock", "0.0.0.0", str(PORT), cell.size]
             return serving(Served, cell.system, link.server, folder, arguments)
         case "livekit" | "livekit-whip":
             how = "whip" if cell.system == "livekit-whip" else "sdk"
             find_server()
             find_client()
             place = ["--host", link.server.address, "--port", str(PORT)]
-            arguments = ["-m", "e2e.peers.livekit", "--how", how, *place]
+            arguments = ["-m", "e2e.peers.livekit", "--how", how, "--size", cell.size, *place]
             return serving(LiveKit, cell.system, link.server, folder, arguments)
     return wax.start(cell, link, folder)

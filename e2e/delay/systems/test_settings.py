@@ -10,6 +10,7 @@ import tomlkit
 
 from e2e.delay.cell import Cell
 from e2e.delay.systems.settings import THESIS, settings
+from e2e.peers.sizes import SIZES
 from wax.config import settings as config
 
 if TYPE_CHECKING:
@@ -34,6 +35,17 @@ def test_our_policies_run_as_shipped(system: SystemName) -> None:
         assert getattr(given_, section) == getattr(shipped, section)
     assert given_.video.renditions == shipped.video.renditions
     assert given_.turns.join == "ask"
+
+
+def test_a_large_picture_has_its_size_and_rate() -> None:
+    """The camera and its best step are as large as the peers' picture, and may cost as much."""
+    video, hd = read("operator", size="1280x720").video, SIZES["1280x720"]
+    best = video.renditions[0]
+    assert (video.width, video.height) == (best.width, best.height) == (hd.width, hd.height)
+    assert best.bitrate_bps == hd.bitrate_bps
+    assert {one.width * 9 for one in video.renditions} == {
+        one.height * 16 for one in video.renditions
+    }
 
 
 def test_video_first_is_for_both_roles() -> None:

@@ -8,7 +8,7 @@ const makeVideoProbe = (clock, hooks) => {
   const COLUMNS = 16;
   const ROWS = 3;
   const FINE = 3; // drawn with 3 × 3 samples a cell, of which the middle one is read
-  const table = makeTable(["at_ms", "stamp40_ms", "width", "height"], 36_000);
+  const table = makeTable(["at_ms", "stamp40_ms", "received_ms", "width", "height"], 36_000);
   let first_ms = null;
   let chosen = null;
 
@@ -73,7 +73,7 @@ const makeVideoProbe = (clock, hooks) => {
   };
 
   let byLuma = "VideoFrame" in window; // until a frame shows that this browser has none to give
-  const read = async (video, at_ms, mediaTime_s) => {
+  const read = async (video, at_ms, mediaTime_s, received_ms) => {
     const { videoWidth, videoHeight } = video;
     let frame = null;
     try {
@@ -84,7 +84,7 @@ const makeVideoProbe = (clock, hooks) => {
       // The page was so late that the next frame is there already: that one's turn will come.
       if (byLuma && Math.abs(frame.timestamp - 1e6 * mediaTime_s) > 5) return;
       const stamp = byLuma ? await stampOfLuma(frame) : stampOfDrawing(video);
-      table.add(rounded(at_ms, 2), stamp, videoWidth, videoHeight);
+      table.add(rounded(at_ms, 2), stamp, rounded(received_ms, 2), videoWidth, videoHeight);
     } finally {
       frame?.close();
     }
@@ -134,7 +134,8 @@ const makeVideoProbe = (clock, hooks) => {
       first_ms ??= at_ms;
       if (!chosen || !plays(chosen)) choose();
       if (video !== chosen) return;
-      read(video, at_ms, frame.mediaTime).catch((error) => console.debug(error));
+      const received_ms = frame.receiveTime ? clock.unix(frame.receiveTime) : null;
+      read(video, at_ms, frame.mediaTime, received_ms).catch((error) => console.debug(error));
     };
     video.requestVideoFrameCallback(onFrame);
   });

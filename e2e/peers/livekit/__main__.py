@@ -11,6 +11,7 @@ import asyncio
 import signal
 import sys
 from contextlib import AsyncExitStack
+from functools import partial
 from ipaddress import IPv4Address
 from typing import TYPE_CHECKING, Final
 
@@ -21,9 +22,12 @@ from e2e.peers.livekit.publish import by_sdk, by_whip
 from e2e.peers.livekit.server import LiveKit, Ports
 from e2e.peers.livekit.tokens import Key, in_room
 from e2e.peers.media import set_bitrate, sources
+from e2e.peers.sizes import SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Sequence
+
+    from e2e.peers.sizes import Size
 
 _STOP_WITHIN_S: Final = 1.5
 
@@ -31,6 +35,7 @@ _STOP_WITHIN_S: Final = 1.5
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m e2e.peers.livekit")
     parser.add_argument("--how", choices=("sdk", "whip"), default="sdk", help="who publishes")
+    parser.add_argument("--size", choices=SIZES, default="640x480", help="of the picture")
     parser.add_argument("--host", type=IPv4Address, default=IPv4Address("127.0.0.1"))
     parser.add_argument("--port", type=int, default=8080, help="the page's")
     parser.add_argument("--ports", type=int, nargs=3, default=(), help="LiveKit's own")
@@ -40,16 +45,18 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 async def run(asked: argparse.Namespace) -> None:
     """Run everything until it is cancelled. Raises `MeasureError`."""
     program, script, is_sdk = find_server(), find_client(), asked.how == "sdk"
-    publish = by_sdk if is_sdk else by_whip
+    size: Size = SIZES[asked.size]
+    set_bitrate(size)
+    publish = partial(by_sdk, size=size) if is_sdk else by_whip
     key, address = Key.make(), str(asked.host)
     ports = Ports(*asked.ports)
     livekit = LiveKit(program, address, ports, key, is_by_default=is_sdk)
     place = (address, asked.port, f"ws://{address}:{ports.signal}")
     async with AsyncExitStack() as running:
-        sent = running.enter_context(sources())
+        sent = running.enter_context(sources(size))
         running.push_async_callback(livekit.kill)
         await livekit.start()
-        served = pages(*place, key, script.read_bytes(), is_adaptive=is_sdk)
+        served = pages(*place, key, script.read_bytes(), size=size, is_adaptive=is_sdk)
         published = await running.enter_async_context(served)
         token = in_room(key, "robot", publishes=True)
 
@@ -79,7 +86,6 @@ async def until_signalled(running: Coroutine[None, None, None]) -> None:
 
 def main() -> int:
     asked = parse(None)
-    set_bitrate()
     try:
         asyncio.run(until_signalled(run(asked)))
     except asyncio.CancelledError:

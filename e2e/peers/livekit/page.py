@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from e2e.peers.livekit.tokens import Key
+    from e2e.peers.sizes import Size
 
 _PAGE: Final = Path(__file__).with_name("page.html")
 _STOP_WITHIN_S: Final = 1.0
@@ -26,13 +27,20 @@ _STOP_WITHIN_S: Final = 1.0
 
 @asynccontextmanager
 async def pages(
-    address: str, port: int, livekit_url: str, key: Key, script: bytes, *, is_adaptive: bool
+    address: str,
+    port: int,
+    livekit_url: str,
+    key: Key,
+    script: bytes,
+    *,
+    size: Size,
+    is_adaptive: bool,
 ) -> AsyncIterator[asyncio.Event]:
     """Serve inside the block; yield an event to set once it is published: until then no health.
 
     Everybody who opens the page gets an identity and a token of their own. `livekit_url` is the
-    signalling's, such as ``ws://127.0.0.1:7880``; `script` is livekit-client; `is_adaptive` is
-    whether the page asks for the layer that fits its video element.
+    signalling's, such as ``ws://127.0.0.1:7880``; `script` is livekit-client; `size` is that of its
+    video element, and `is_adaptive` whether it asks for the layer that fits.
     """
     template, published = Template(_PAGE.read_text(encoding="utf-8")), asyncio.Event()
     compressed = gzip.compress(script, mtime=0)
@@ -40,7 +48,7 @@ async def pages(
     async def give_page(request: web.Request) -> web.Response:
         token = in_room(key, f"viewer-{secrets.token_hex(6)}", publishes=False)
         place = {"url": livekit_url, "token": token, "adaptive": is_adaptive}
-        page = template.substitute(place=json.dumps(place))
+        page = template.substitute(place=json.dumps(place), width=size.width, height=size.height)
         response = web.Response(text=page, content_type="text/html")
         response.enable_compression()
         return response

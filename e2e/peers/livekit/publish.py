@@ -14,12 +14,13 @@ from livekit import rtc
 
 from e2e.measure.errors import MeasureError
 from e2e.peers.media import CameraTrack, MicrophoneTrack
-from e2e.peers.sizes import FPS, VGA
+from e2e.peers.sizes import FPS
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from e2e.peers.sizes import Size
     from wax.capture.source import AudioSource, VideoSource
 
 _LEAVE_WITHIN_S: Final = 1.0
@@ -27,7 +28,13 @@ _CODECS: Final = {"video": ("video/VP8", "video/rtx"), "audio": ("audio/opus",)}
 
 
 async def by_sdk(
-    url: str, token: str, camera: VideoSource, microphone: AudioSource, begun: Callable[[], None]
+    url: str,
+    token: str,
+    camera: VideoSource,
+    microphone: AudioSource,
+    begun: Callable[[], None],
+    *,
+    size: Size,
 ) -> None:
     """Publish with simulcast, as in LiveKit's quick start; raises `MeasureError` at the end."""
     room = rtc.Room()
@@ -42,7 +49,7 @@ async def by_sdk(
         await room.connect(url, token)
     except rtc.ConnectError as error:
         raise MeasureError(f"{url} refuses the publisher: {error}") from error
-    video, audio = rtc.VideoSource(VGA.width, VGA.height), rtc.AudioSource(SAMPLE_RATE_HZ, 1)
+    video, audio = rtc.VideoSource(size.width, size.height), rtc.AudioSource(SAMPLE_RATE_HZ, 1)
     threads = ThreadPoolExecutor(max_workers=2, thread_name_prefix="capture")
     works: list[asyncio.Future[None]] = [over]
     try:
@@ -51,7 +58,7 @@ async def by_sdk(
             rtc.TrackPublishOptions(
                 source=rtc.TrackSource.SOURCE_CAMERA,
                 simulcast=True,
-                video_encoding=rtc.VideoEncoding(max_framerate=FPS, max_bitrate=VGA.bitrate_bps),
+                video_encoding=rtc.VideoEncoding(max_framerate=FPS, max_bitrate=size.bitrate_bps),
             ),
         )
         await room.local_participant.publish_track(

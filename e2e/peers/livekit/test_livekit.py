@@ -18,6 +18,7 @@ from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
 from e2e.measure.suite import ROOT
 from e2e.peers.livekit.installation import find_client, find_server
+from e2e.peers.sizes import SIZES
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -26,17 +27,20 @@ if TYPE_CHECKING:
 
     from playwright.async_api import Browser
 
+    from e2e.peers.sizes import SizeName
+
 pytestmark = pytest.mark.timeout(90)
 
 
 @asynccontextmanager
-async def started(how: str = "sdk") -> AsyncIterator[Process]:
+async def started(how: str = "sdk", size: SizeName = "640x480") -> AsyncIterator[Process]:
     """Start it on free ports, where it is installed; at the end its leftovers are killed."""
     find_server()
     find_client()
     page, *own = (str(free_port()) for _ in range(4))
+    asked = ("--how", how, "--size", size, "--port", page, "--ports", *own)
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "e2e.peers.livekit", "--how", how, "--port", page, "--ports", *own),
+        *(sys.executable, "-m", "e2e.peers.livekit", *asked),
         cwd=ROOT,
         stdout=PIPE,
         stderr=PIPE,
@@ -89,10 +93,12 @@ async def test_when_livekit_dies_the_rest_ends() -> None:
         assert not [child for child in family if child.is_running()]
 
 
-@pytest.mark.parametrize("how", ["sdk", "whip"])
-async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: str) -> None:
+@pytest.mark.parametrize(("how", "size"), [("sdk", "640x480"), ("whip", "1280x720")])
+async def test_a_browser_sees_and_hears_through_livekit(
+    chromium: Browser, how: str, size: SizeName
+) -> None:
     """The test card arrives whole, and so do packets of sound; Ctrl-C leaves no process."""
-    async with started(how) as process:
+    async with started(how, size) as process:
         url = await url_of(process)
         family = psutil.Process(process.pid).children(recursive=True)
         assert len(family) == 1  # LiveKit; publisher and page are the parent's
@@ -103,7 +109,7 @@ async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: 
             await viewer.sees_picture()
             cards = await viewer.cards(20)
             assert sum(card.valid for card in cards) >= 18
-            assert {(card.width, card.height) for card in cards} == {(640, 480)}
+            assert {(card.width, card.height) for card in cards} == {SIZES[size][:2]}
             assert len({card.stamp_ms for card in cards}) >= 18
 
             async def hears() -> bool:
