@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.timeout(120)
 
 SERVER_SETTINGS = toml.card_with(robot='base = "mecanum"')
-BUTTONS: Final = ("Forward", "Back", "Left", "Right", "Left sideways", "Right sideways")
+BUTTONS: Final = ("Forward", "Back", "Turn left", "Turn right", "Left sideways", "Right sideways")
 PUSH_PX: Final = 60
 
 

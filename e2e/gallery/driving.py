@@ -33,6 +33,12 @@ async def driving(scene: Scene) -> None:
     )
 
 
+async def sideways(scene: Scene) -> None:
+    """Drive a robot that also moves sideways."""
+    await scene.serves(robot={"base": "mecanum"})
+    await driving(scene)
+
+
 async def slow(scene: Scene) -> None:
     """Drive by a picture that is late, but not too late, even if the machine is busy."""
     await scene.serves(

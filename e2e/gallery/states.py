@@ -61,6 +61,7 @@ STATES: Final = (
     State("next", "You are next", watching.you_are_next, "you are next"),
     State("called", "Called: are you ready?", watching.called, "are you ready"),
     State("driving", "Driving", driving.driving, "You are driving"),
+    State("sideways", "Driving, sideways too", driving.sideways, "You are driving"),
     State("slow", "Driving slowly: the picture is late", driving.slow, "picture is late"),
     State("paused", "Paused: the picture stands still", driving.paused, "no fresh picture"),
     State("stopped-by-you", "Stopped, by you", driving.stopped_by_you, "you stopped the robot"),

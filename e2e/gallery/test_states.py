@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.timeout(180)
 
-ZOOMED: Final = ("driving", "free", "settings", "console")
+ZOOMED: Final = ("driving", "sideways", "free", "settings", "console")
 ZOOM: Final = 2
 """WCAG 1.4.4: text at 200 %, which halves a window's CSS pixels."""
 HALVED: Final[ViewportSize] = {"width": DESKTOP.width // ZOOM, "height": DESKTOP.height // ZOOM}

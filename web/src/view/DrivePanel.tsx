@@ -1,8 +1,10 @@
 import { controlInForce, wayInForce } from "../drive/drivePreferences";
+import type { Direction } from "../drive/inputState";
 import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
+import { directionNames } from "./directionNames";
 import { Axes } from "./drive/Axes";
 import { keyHint } from "./drive/keyHint";
 import { RobotControls } from "./drive/RobotControls";
@@ -59,36 +61,25 @@ function Sticks() {
   );
 }
 
+/** As they are on the screen, row by row. */
+const IN_ROWS: readonly Direction[] = [
+  "lateral_left",
+  "forward",
+  "lateral_right",
+  "left",
+  "back",
+  "right",
+];
+
 function Buttons() {
   const { movesSideways } = useState();
   const isPlanar = movesSideways.value;
-  const turn = isPlanar ? <TurnIcon /> : <ArrowIcon />;
-  return (
-    <>
-      <DriveButton direction="forward" name={t("drive.forward")}>
-        <ArrowIcon />
-      </DriveButton>
-      <DriveButton direction="left" name={t("drive.left")}>
-        {turn}
-      </DriveButton>
-      <DriveButton direction="back" name={t("drive.back")}>
-        <ArrowIcon />
-      </DriveButton>
-      <DriveButton direction="right" name={t("drive.right")}>
-        {turn}
-      </DriveButton>
-      {isPlanar && (
-        <>
-          <DriveButton direction="lateral_left" name={t("drive.lateral_left")}>
-            <ArrowIcon />
-          </DriveButton>
-          <DriveButton direction="lateral_right" name={t("drive.lateral_right")}>
-            <ArrowIcon />
-          </DriveButton>
-        </>
-      )}
-    </>
-  );
+  const names = directionNames(isPlanar);
+  return IN_ROWS.filter((one) => isPlanar || !one.startsWith("lateral")).map((direction) => (
+    <DriveButton key={direction} direction={direction} name={t(names[direction])}>
+      {isPlanar && (direction === "left" || direction === "right") ? <TurnIcon /> : <ArrowIcon />}
+    </DriveButton>
+  ));
 }
 
 function Speed() {

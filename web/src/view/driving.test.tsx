@@ -22,6 +22,9 @@ import {
 
 drawsPage();
 
+/** What the buttons of a robot that moves sideways are called, row by row. */
+const SIX = ["Left sideways", "Forward", "Right sideways", "Turn left", "Back", "Turn right"];
+
 describe("every control is found by its role and name", () => {
   it.each(["Turn sound on", "Join the queue", "Stop", "People", "Settings", "Details", "Safety"])(
     "button %s, while watching",
@@ -168,8 +171,18 @@ describe("driving", () => {
     expect(input.motion).toEqual({ linear: 0, angular: 0, lateral: 1 });
     pointer(button("Left sideways"), "pointerup", 1);
     pointer(button("Right sideways"), "pointerdown", 1);
-    pointer(button("Left"), "pointerdown", 2);
+    pointer(button("Turn left"), "pointerdown", 2);
     expect(input.motion).toEqual({ linear: 0, angular: 1, lateral: -1 });
+  });
+
+  it.each([
+    ["that moves sideways", true, SIX],
+    ["that does not", false, ["Forward", "Left", "Back", "Right"]],
+  ])("has its buttons in the order of the rows on a robot %s", (_, isPlanar, names) => {
+    show({ operator: 1 });
+    if (isPlanar) movesSideways();
+    const found = [...body.querySelectorAll(".drive-button")].map((one) => one.textContent);
+    expect(found).toEqual(names);
   });
 
   it("has a stick for each thumb on a robot that moves sideways", () => {

@@ -234,8 +234,8 @@ describe("a robot that moves sideways", () => {
     const items = [...body.querySelectorAll(".scan-item")].map((one) => one.textContent);
     expect(items).toEqual([
       "Forward",
-      "Left",
-      "Right",
+      "Turn left",
+      "Turn right",
       "Left sideways",
       "Right sideways",
       "Back",
@@ -245,6 +245,7 @@ describe("a robot that moves sideways", () => {
   });
 
   it("shows its keys, and takes new ones, with Shift too", () => {
+    expect(getByLabelText(body, "Take ← away from “Turn left”")).toBeTruthy();
     for (const name of ["Q", "Shift+←"])
       expect(getByLabelText(body, `Take ${name} away from “Left sideways”`)).toBeTruthy();
     act(() => getByRole(body, "button", { name: "Add a key for “Left sideways”" }).click());

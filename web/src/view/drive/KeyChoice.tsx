@@ -7,10 +7,9 @@ import { wayInForce } from "../../drive/drivePreferences";
 import { DEFAULT_KEYS, isUsable, KEY_ACTIONS, type KeyAction, SHIFT } from "../../drive/keyMap";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { directionNames } from "../directionNames";
 import { keyName } from "./keyHint";
 import { ACTION_NAMES, REFUSALS } from "./names";
-
-const name = (action: KeyAction) => t(ACTION_NAMES[action]);
 
 /** Which key does what; a new one is chosen by pressing it. */
 export function KeyChoice() {
@@ -19,6 +18,8 @@ export function KeyChoice() {
   const awaited = useSignal<KeyAction | null>(null);
   const complaint = useSignal("");
   const { keys } = preferences.value;
+  const names = { ...ACTION_NAMES, ...directionNames(movesSideways.value) };
+  const name = (action: KeyAction) => t(names[action]);
   const shown = useActionsShown();
 
   const change = (changed: Assigned, action: KeyAction, key: string) => {

@@ -1,17 +1,7 @@
 import { type ScanItem, scanItems } from "../../drive/scanner";
 import { type Code, t } from "../../words/words";
 import { useActions, useState } from "../context";
-
-const NAMES: Record<ScanItem, Code> = {
-  forward: "drive.forward",
-  back: "drive.back",
-  left: "drive.left",
-  right: "drive.right",
-  lateral_left: "drive.lateral_left",
-  lateral_right: "drive.lateral_right",
-  stop: "stop.stop",
-  release: "ways.scan_release",
-};
+import { directionNames } from "../directionNames";
 
 /** What is offered to a switch, with the same switches as buttons on the screen. */
 export function ScanPad() {
@@ -19,6 +9,11 @@ export function ScanPad() {
   const { scan } = useActions();
   if (offered.value === null) return null;
   const items = scanItems(offered.value === "release", movesSideways.value);
+  const names: Record<ScanItem, Code> = {
+    ...directionNames(movesSideways.value),
+    stop: "stop.stop",
+    release: "ways.scan_release",
+  };
   return (
     <fieldset class="scan" aria-label={t("ways.scan")}>
       <ol class="scan-items">
@@ -28,7 +23,7 @@ export function ScanPad() {
             class={`scan-item is-${item}`}
             aria-current={item === offered.value ? "true" : undefined}
           >
-            {t(NAMES[item])}
+            {t(names[item])}
           </li>
         ))}
       </ol>

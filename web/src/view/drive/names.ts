@@ -1,6 +1,7 @@
 /** The names of the ways to drive, and their numbers in words. */
 
 import type { Refusal } from "../../drive/assignKey";
+import type { Direction } from "../../drive/inputState";
 import type { KeyAction } from "../../drive/keyMap";
 import type { Way } from "../../drive/ways";
 import { type Code, language } from "../../words/words";
@@ -12,13 +13,7 @@ export const WAY_NAMES: Record<Way, readonly [name: Code, help: Code]> = {
   scan: ["ways.way_scan", "ways.way_scan_help"],
 };
 
-export const ACTION_NAMES: Record<KeyAction, Code> = {
-  forward: "drive.forward",
-  back: "drive.back",
-  left: "drive.left",
-  right: "drive.right",
-  lateral_left: "drive.lateral_left",
-  lateral_right: "drive.lateral_right",
+export const ACTION_NAMES: Record<Exclude<KeyAction, Direction>, Code> = {
   stop: "stop.stop",
   speed: "ways.do_speed",
   axis1_plus: "ways.do_axis1_plus",
