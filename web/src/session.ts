@@ -8,6 +8,7 @@ import { Cameras } from "./cameras";
 import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
 import type { PadNews } from "./drive/gamepad";
+import { readKeyCaps } from "./drive/keyCaps";
 import { actionOf, type KeyAction } from "./drive/keyMap";
 import { FLOOR_HZ } from "./drive/sendRate";
 import { StopControl } from "./drive/stopControl";
@@ -543,6 +544,7 @@ export function startSession(): Session {
   const tellOfPad = (what: PadNews) => say(t(PAD_NEWS[what]));
   if (!isEmbed) {
     controller.listen(window, { ...actions, toggleSpeed, tellOfPad }, signal);
+    void readKeyCaps(navigator as object);
     listenTalk(window, talk, isKeyFor("talk"), signal);
     listenKey(window, () => cameras.next(), isKeyFor("cameras"), signal);
     listenKey(window, actions.toggleMute, isKeyFor("mute"), signal);

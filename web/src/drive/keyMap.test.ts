@@ -1,15 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { assign, unassign } from "./assignKey";
 import { codeOf } from "./codeOf";
-import {
-  actionOf,
-  DEFAULT_KEYS,
-  KEY_ACTIONS,
-  type KeyMap,
-  keysInForce,
-  keyWords,
-  loadKeys,
-} from "./keyMap";
+import { actionOf, DEFAULT_KEYS, KEY_ACTIONS, type KeyMap, keysInForce, loadKeys } from "./keyMap";
 
 describe("the default", () => {
   it("has no key twice", () => {
@@ -160,17 +152,4 @@ describe("the stored keys", () => {
     expect(keys.forward).toEqual(recentre);
     expect(keys.recentre).toEqual([]);
   });
-});
-
-it.each([
-  ["KeyW", "W"],
-  ["Digit1", "1"],
-  ["ArrowUp", "↑"],
-  ["NumpadEnter", "Numpad Enter"],
-  ["Numpad8", "Numpad 8"],
-  ["F5", "F5"],
-  ["Space", "Space"],
-  ["Shift+ArrowLeft", "Shift+←"],
-])("%s is printed %s", (key, words) => {
-  expect(keyWords(key)).toBe(words);
 });

@@ -100,21 +100,6 @@ export function loadKeys(kept: unknown): KeyMap {
   return { ...keys, stop: [ALWAYS_STOP, ...keys.stop] };
 }
 
-const ARROWS: Record<string, string> = {
-  ArrowUp: "↑",
-  ArrowDown: "↓",
-  ArrowLeft: "←",
-  ArrowRight: "→",
-};
-
-/** What most keyboards have printed on the key. */
-export function keyWords(key: string): string {
-  if (key.startsWith(SHIFT)) return SHIFT + keyWords(withoutShift(key));
-  return (
-    ARROWS[key] ?? key.replace(/^(Key|Digit)(?=.$)/, "").replace(/(?<=[a-z])(?=[A-Z0-9])/, " ")
-  );
-}
-
 export function isUsable(key: string): boolean {
   const alone = withoutShift(key);
   return CODE.test(alone) && !RESERVED.test(alone);

@@ -3,7 +3,7 @@ import { useCallback } from "preact/hooks";
 import { keyedAxes } from "../../drive/axisKeys";
 import { codeOf } from "../../drive/codeOf";
 import { fingerHolder } from "../../drive/inputState";
-import { keyWords } from "../../drive/keyMap";
+import { keyWords } from "../../drive/keyCaps";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { axisWords } from "../pageWords";

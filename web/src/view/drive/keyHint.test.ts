@@ -1,4 +1,5 @@
 import { expect, it } from "vitest";
+import { readKeyCaps } from "../../drive/keyCaps";
 import { DEFAULT_KEYS, keysInForce } from "../../drive/keyMap";
 import { loadPreferences } from "../../preferences";
 import { hello, planar } from "../../testing/messages";
@@ -41,4 +42,11 @@ it.each([
   const mine = { ...MINE, ...change };
   const inForce = keysInForce(mine.keys, (greeting?.robot.max_lateral_mps ?? 0) > 0);
   expect(keyHint(mine, inForce, greeting)).toBe(sentence);
+});
+
+it("says the letters of a French keyboard", async () => {
+  const layout = new Map([..."QWAZ"].map((code, at) => [`Key${code}`, "azqw".charAt(at)]));
+  await readKeyCaps({ keyboard: { getLayoutMap: async () => layout } });
+  const words = keyHint(MINE, DEFAULT_KEYS, planar(hello()));
+  expect(words).toBe("Arrow keys or Z Q S D drive, A E move sideways, Space stops.");
 });

@@ -1,13 +1,7 @@
 import { wayInForce } from "../../drive/drivePreferences";
 import type { Direction } from "../../drive/inputState";
-import {
-  DEFAULT_KEYS,
-  type KeyAction,
-  type KeyMap,
-  keyWords,
-  SHIFT,
-  withoutShift,
-} from "../../drive/keyMap";
+import { keyWords } from "../../drive/keyCaps";
+import { DEFAULT_KEYS, type KeyAction, type KeyMap, SHIFT, withoutShift } from "../../drive/keyMap";
 import type { Hello } from "../../messages";
 import type { Preferences } from "../../preferences";
 import { type Code, t } from "../../words/words";
@@ -26,7 +20,9 @@ export function keyHint(preferences: Preferences, keys: KeyMap, hello: Hello | n
     const key = keys[action][0];
     return isThere && key !== undefined ? [t(code, { key: keyName(key) })] : [];
   };
-  const drive = isDefault(keys) ? t("ways.hint_default_keys") : firstKeys(keys, DRIVING);
+  const drive = isDefault(keys)
+    ? t("ways.hint_default_keys", { keys: LETTERS.map(keyName).join(" ") })
+    : firstKeys(keys, DRIVING);
   const sideways = firstKeys(keys, SIDEWAYS);
   const parts = [
     ...one("ways.hint_choose", "scan_select", isScanning),
@@ -40,6 +36,8 @@ export function keyHint(preferences: Preferences, keys: KeyMap, hello: Hello | n
   return t("ways.hint", { parts: parts.join(", ") });
 }
 
+/** Of the default keys, in the order in which people name them. */
+const LETTERS = ["KeyW", "KeyA", "KeyS", "KeyD"];
 const DRIVING: readonly Direction[] = ["forward", "back", "left", "right"];
 const SIDEWAYS: readonly Direction[] = ["lateral_left", "lateral_right"];
 
