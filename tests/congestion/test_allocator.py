@@ -195,6 +195,17 @@ def test_it_goes_up_after_a_while_and_skips_steps() -> None:
     assert steps[-1] == STEPS[0]
 
 
+def test_a_larger_wish_is_met_at_once_unless_the_link_was_the_limit() -> None:
+    """A picture that was small by the viewer's wish grows with the wish; others wait as ever."""
+    viewer = Viewer()
+    viewer.size = "320x240"
+    for rate_bps, small, large in ((2e6, STEPS[2], STEPS[0]), (270e3, STEPS[3], STEPS[3])):
+        assert viewer.run(10, rate_bps)[-1].step == small
+        viewer.size = "640x480"
+        assert viewer.run(0.1, 2e6)[-1].step == large
+        viewer.size = "320x240"
+
+
 def test_a_rise_that_failed_is_tried_later_each_time() -> None:
     """Each failed upgrade makes the next one wait longer."""
     viewer = Viewer()

@@ -63,6 +63,8 @@ class Allocator:
         self._sound = SoundChoice(sounds)
         self._now_s = -math.inf
         self._at: int | None = None
+        self._best: int | None = None
+        """The best step of a size that is wanted."""
         self._cut = 0
         self._changed_s = -math.inf
         self._trials = Trials()
@@ -134,7 +136,9 @@ class Allocator:
         if not allowed:
             self._at, self._gone_s, self._unfit = None, None, Since()
             return Allocation(None, 0, encoding, redundancy, Sentence("sent.no_picture"))
-        self._follow(estimate, allowed)
+        is_wished = self._at == self._best != allowed[0]
+        self._best = allowed[0]
+        self._follow(estimate, allowed, is_wished=is_wished and not self._trials.is_doubtful)
         reason = self._reason(estimate, allowed)
         if self._at is None:
             return Allocation(None, 0, encoding, redundancy, reason)
@@ -157,7 +161,8 @@ class Allocator:
         left_bps = self._sound.left_bps(FIT_SHARE) - next_bps
         return max(left_bps, 0.0), max(kept_bps, 0.0)
 
-    def _follow(self, estimate: LinkEstimate, allowed: Sequence[int]) -> None:
+    def _follow(self, estimate: LinkEstimate, allowed: Sequence[int], *, is_wished: bool) -> None:
+        """Follow the link, and the wish at once if `is_wished`: it, not the link, set the step."""
         now_s, last = self._now_s, allowed[-1]
         quick = estimate.state == "starting"
         calm = quick or estimate.state == "steady"
@@ -184,8 +189,8 @@ class Allocator:
         if cut > self._cut:
             self._trials.record_downgrade(now_s)
         self._cut = cut
-        between = quick or now_s - self._changed_s >= _BETWEEN_S
-        hold_s = 0.0 if quick else self._trials.hold_s
+        between = quick or is_wished or now_s - self._changed_s >= _BETWEEN_S
+        hold_s = 0.0 if quick or is_wished else self._trials.hold_s
         better = calm and target < self._at and self._cut == 0
         if self._better.lasts(better, hold_s, now_s) and between:
             self._move(target)
