@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
+from itertools import pairwise
 from pathlib import Path
 from struct import pack
 from typing import TYPE_CHECKING, Final
@@ -16,6 +17,7 @@ from tests.rtc.networks import opened_network
 from tests.rtc.real_link import FIRST, LAST, UNORDERED, Link, opened
 from tests.rtc.real_peer import Events, Pictures, peer_of
 from tests.rtc.steps import counted
+from tests.until import async_until
 
 from wax.rtc import private
 from wax.rtc.signalling import clean_offer
@@ -24,7 +26,10 @@ from wax.streams.interface import CameraLane
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
+    from aiortc import RTCCertificate
     from aiortc.rtcsctptransport import Chunk
+
+    from wax.rtc.peer import Peer
 
 OFFERS: Final = Path(__file__).parent / "offers"
 IN_FLIGHT: Final = 2500
@@ -163,11 +168,33 @@ async def test_answering_five_pictures_takes_no_long_pass() -> None:
         peer = peer_of(network, Events(), cameras=cameras)
         cleaned = clean_offer(offer, None, {"opus", "vp8"})
         answering = asyncio.create_task(peer.answer(cleaned))
-        longest = 0
+        longest, made = 0, [0]
         while not answering.done():
+            made.append(len(peer._pc.getTransceivers()))
             with counted() as steps:
                 await asyncio.sleep(0)
             longest = max(longest, steps.count)
         assert (await answering).count("m=video") == 5
         await peer.close()
     assert longest < MOST / 2
+    assert all(after - before <= 1 for before, after in pairwise(made))
+
+
+async def test_peers_share_a_certificate_for_a_day(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Making one takes a millisecond, so no offer makes one; the next day's is made in a thread."""
+
+    def certificates(peer: Peer) -> list[RTCCertificate]:
+        found: list[RTCCertificate] = getattr(peer._pc, private._CERTIFICATES)
+        return found
+
+    monkeypatch.setattr("wax.rtc.network._CERTIFICATE_S", 0.0)
+    async with opened_network() as network:
+        first, second = (peer_of(network, Events()) for _ in range(2))
+        assert certificates(first) == certificates(second) == [network._certificate]
+        renewing = asyncio.create_task(network.run())
+        await async_until(lambda: certificates(first) != [network._certificate])
+        renewing.cancel()
+        third = peer_of(network, Events())
+        assert certificates(third) == [network._certificate]
+        for peer in (first, second, third):
+            await peer.close()

@@ -219,8 +219,8 @@ async def test_a_closed_link_holds_pictures_but_not_sound(pair: Pair) -> None:
     """While the link is not free, no picture leaves; sound continues."""
     pair.congestion.closed = True
     await asyncio.sleep(0.05)
-    pictures, sounds = pair.lane.number, pair.peer._sound._packets
-    await async_until(lambda: pair.peer._sound._packets > sounds + 5)
+    pictures, sounds = pair.lane.number, pair.peer._senders["audio"]._packets
+    await async_until(lambda: pair.peer._senders["audio"]._packets > sounds + 5)
     assert pair.lane.number == pictures
     pair.congestion.closed = False
     await async_until(lambda: pair.lane.number > pictures)
@@ -247,9 +247,9 @@ async def test_a_stream_without_feedback_is_counted_so(
     assert pair.congestion.told_bytes == []
     monkeypatch.setattr(pair.peer._picture, "_ids", rtp.ExtensionIds(transport_sequence=7))
     pair.congestion.sent_bytes.clear()
-    sounds = pair.peer._sound._packets
+    sounds = pair.peer._senders["audio"]._packets
     await async_until(lambda: len(pair.congestion.told_bytes) > 1)
-    await async_until(lambda: pair.peer._sound._packets > sounds + 1)
+    await async_until(lambda: pair.peer._senders["audio"]._packets > sounds + 1)
     all_bytes = [size for size, _ in pair.congestion.sent_bytes]
     assert len(pair.congestion.told_bytes) < len(all_bytes)
     # The extension of eight bytes makes them longer than sound that has the same payload.
@@ -259,7 +259,7 @@ async def test_a_stream_without_feedback_is_counted_so(
 async def test_losses_are_reported_per_stream(pair: Pair) -> None:
     """A receiver report's loss is attributed to the stream it is about, sound or picture."""
     peer = pair.peer
-    for sender, fraction in ((peer._sound, 64), (peer._picture, 32)):
+    for sender, fraction in ((peer._senders["audio"], 64), (peer._picture, 32)):
         about = RtcpReceiverInfo(sender._ssrc, fraction, 9, 1, 0, 0, 0)
         await sender.transport._handle_rtcp_data(bytes(RtcpRrPacket(ssrc=1, reports=[about])))
     assert pair.congestion.lost_[-2:] == [("audio", 0.25), ("video", 0.125)]
@@ -267,10 +267,10 @@ async def test_losses_are_reported_per_stream(pair: Pair) -> None:
 
 async def test_sound_repeats_earlier_sound(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
     """Earlier sound is repeated with later packets if the browser accepts that (RFC 2198)."""
-    sender = pair.peer._sound
+    sender = pair.peer._senders["audio"]
     wire = _wire(pair, monkeypatch)
     monkeypatch.setattr(sender, "_extra_payload_type", 63)
-    lane = pair.peer._sound._lane
+    lane = pair.peer._senders["audio"]._source
     assert isinstance(lane, Sounds)
     lane.again = (EncodedSound(b"before", 90_000 * 5 + 900 * lane.number, 5.0, 900),)
     while True:
@@ -285,7 +285,7 @@ async def test_sound_repeats_earlier_sound(pair: Pair, monkeypatch: pytest.Monke
 
 async def test_the_lane_learns_of_missing_redundancy(pair: Pair) -> None:
     """If the offer has no redundant sound, the lane learns that none will be sent."""
-    lane = pair.peer._sound._lane
+    lane = pair.peer._senders["audio"]._source
     assert isinstance(lane, Sounds)
     assert lane.takes_redundancy is False
 
@@ -316,7 +316,7 @@ async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
     assert number is not None
     # One packet, received 0.25 ms after the reference time (draft-holmer-rmcat, 3.1).
     feedback = struct.pack("!BBHLLHHLHBB", 0x8F, 205, 5, 1, 2, number, 1, 1 << 8, 1 << 13 | 1, 1, 0)
-    await pair.peer._sound.transport._handle_rtcp_data(feedback)
+    await pair.peer._senders["audio"].transport._handle_rtcp_data(feedback)
     told = [one for one in pair.congestion.delivered_ if one.kind == "audio"]
     assert told
     assert told[-1].arrived_s is not None
@@ -325,7 +325,7 @@ async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
 async def test_unreadable_feedback_is_reported(pair: Pair) -> None:
     """Feedback that announces more than it contains is reported as refused, and the peer lives."""
     feedback = struct.pack("!BBHLLHHLH", 0x8F, 205, 4, 1, 2, 7, 500, 1 << 8, 1 << 13 | 1)
-    await pair.peer._sound.transport._handle_rtcp_data(feedback.ljust(20, b"\0"))
+    await pair.peer._senders["audio"].transport._handle_rtcp_data(feedback.ljust(20, b"\0"))
     await pair.events.wait("feedback refused")
     assert pair.peer.is_alive
 

@@ -67,7 +67,7 @@ async def test_a_page_has_a_bounded_number_of_sources(link: Link) -> None:
 
     The page's own reports arrive as well, with another loss.
     """
-    sound = link.peer._sound
+    sound = link.peer._senders["audio"]
     told = cast("Noted", link.peer._congestion).lost_
     page = link.theirs.transport
     report = RtcpReceiverInfo(sound.ssrc, 64, 0, 0, 0, 0, 0)

@@ -67,7 +67,7 @@ async def test_a_voice_arrives_packet_by_packet() -> None:
             assert np.abs(decoder.decode(packet)).max() < 10  # its track is silence
         numbers = [packet.timestamp for packet in packets if packet is not None]
         assert list(np.diff(numbers)) == [960] * 4
-        assert peer._sound.transport._rtp_router.receivers == set()
+        assert peer._senders["audio"].transport._rtp_router.receivers == set()
         assert peer.is_alive
 
 
@@ -90,7 +90,7 @@ async def test_without_voice_nothing_is_received() -> None:
 
 
 def _transport(peer: Peer) -> RTCDtlsTransport:
-    return peer._sound.transport
+    return peer._senders["audio"].transport
 
 
 async def test_unreadable_packets_are_reported() -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from typing import TYPE_CHECKING, Final
 
-from aiortc import RTCConfiguration, RTCIceServer, RTCIceTransportPolicy
+from aiortc import RTCCertificate, RTCConfiguration, RTCIceServer, RTCIceTransportPolicy
 
+from wax.daemon_call import daemon_call
 from wax.edge.budget import Budget, Rates
 from wax.edge.turnstile import Meter
 from wax.rtc import private
@@ -30,6 +32,9 @@ _GUESTS: Final = Rates(committed=0.01, committed_burst_s=0.02, pool=0.15, pool_b
 """A viewer's datagrams cost 0.3 % of a core; connecting costs some 10 ms once."""
 _TRUSTED: Final = Rates(committed=0.3, committed_burst_s=0.3, pool=0.0, pool_burst_s=0.0)
 """For one operator or host, who needs a hundredth of it; it must leave room for a Stop."""
+_CERTIFICATE_S: Final = 86_400.0
+"""All peers of a day share a certificate: making one takes a millisecond, and it tells a viewer no
+more than our address does. It is valid for 30 days."""
 
 
 class Network:
@@ -47,6 +52,7 @@ class Network:
         self._clock = clock
         self._turnstile = turnstile
         self._guests = Budget(_GUESTS)
+        self._certificate = RTCCertificate.generateCertificate()
         self._hub = UdpHub(settings.udp_port, self._addresses)
         self._public = PublicAddresses(
             settings.public_addresses, settings.stun if settings.mode == "one-port" else []
@@ -63,8 +69,15 @@ class Network:
             await self._hub.open()
 
     async def run(self) -> None:
-        """Keep the public addresses up to date until cancelled."""
-        await self._public.run()
+        """Keep the public addresses and the certificate up to date until cancelled."""
+        async with asyncio.TaskGroup() as group:
+            group.create_task(self._public.run())
+            group.create_task(self._renew_certificate())
+
+    async def _renew_certificate(self) -> None:
+        while True:
+            await asyncio.sleep(_CERTIFICATE_S)
+            self._certificate = await daemon_call("certificate", RTCCertificate.generateCertificate)
 
     def public_addresses(self) -> list[str]:
         """Return the known public addresses of this machine."""
@@ -90,7 +103,8 @@ class Network:
             return LiteConnection(self._hub, self._public.now, now_s, meter, on_moved)
 
         is_one = self._settings.mode == "one-port"
-        return private.reached_by(private.Reach(connect if is_one else None, self._addresses))
+        reach = private.Reach(connect if is_one else None, self._addresses, self._certificate)
+        return private.reached_by(reach)
 
     def configuration(self) -> RTCConfiguration:
         """Return the configuration of one of our peers.

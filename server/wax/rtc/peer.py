@@ -118,7 +118,6 @@ class Peer:
         self._closing: asyncio.Task[None] | None = None
         with network.reached(meter, weak_callback(self._network_changed)):
             self._pc = RTCPeerConnection(network.configuration())
-            sound = self._transceiver("audio", receives=on_voice is not None)
             picture = self._transceiver("video")
         self._picture = PictureSender(
             self._context("video", picture),
@@ -128,11 +127,9 @@ class Peer:
             on_keyframe_wanted=events.keyframe_wanted,
         )
         private.put_sender(picture, self._picture)
-        self._sound = SoundSender(self._context("audio", sound), lane=lanes.sound)
-        private.put_sender(sound, self._sound)
-        if on_voice is not None:
-            private.put_receiver(sound, VoiceReceiver(sound.receiver, on_voice))
-        self._senders: dict[Kind, Sender] = {"audio": self._sound, "video": self._picture}
+        self._senders: dict[Kind, Sender] = {"video": self._picture}
+        self._sound_lane = lanes.sound
+        self._on_voice = on_voice
         self._camera_lanes = lanes.cameras
         self._cameras: list[CameraSender] = []
         self._pc.on("connectionstatechange", self._state_changed)
@@ -147,6 +144,8 @@ class Peer:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
             with self._network.reached(self._meter, weak_callback(self._network_changed)):
+                await asyncio.sleep(0)
+                self._add_sound()
                 await self._add_cameras(offer)
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
@@ -229,6 +228,14 @@ class Peer:
         transceiver = self._pc.addTransceiver(kind, direction=direction)
         prefer(transceiver, self._codecs.audio if kind == "audio" else self._codecs.video)
         return transceiver
+
+    def _add_sound(self) -> None:
+        sound = self._transceiver("audio", receives=self._on_voice is not None)
+        sender = SoundSender(self._context("audio", sound), lane=self._sound_lane)
+        private.put_sender(sound, sender)
+        if self._on_voice is not None:
+            private.put_receiver(sound, VoiceReceiver(sound.receiver, self._on_voice))
+        self._senders["audio"] = sender
 
     async def _add_cameras(self, offer: str) -> None:
         """Send the cameras that the page has room and a codec for; other sections stay inactive."""

@@ -160,6 +160,7 @@ def install() -> None:
     cast("Any", RTCDtlsTransport)._recv_next = _receive_next
     cast("Any", RTCDtlsTransport).start = _start_dtls
     cast("Any", RTCCertificate)._create_ssl_context = _ssl_context
+    cast("Any", RTCCertificate).generateCertificate = _certificate
     aioice.stun.parse_message = _parsed_stun
     cast("Any", rtcicetransport).Connection = _connection
     cast("Any", RTCIceGatherer).getLocalParameters = _local_parameters
@@ -176,11 +177,12 @@ class Reach:
     """How one peer reaches the network.
 
     `connect` makes a replacement for aioice's connection; without it aioice gathers on `addresses`,
-    or by default on all addresses of this machine.
+    or by default on all addresses of this machine. Without `certificate` it has one of its own.
     """
 
     connect: Callable[[], Any] | None = None
     addresses: Callable[[], list[str]] | None = None
+    certificate: RTCCertificate | None = None
 
 
 _reach: ContextVar[Reach | None] = ContextVar("reach", default=None)
@@ -208,6 +210,17 @@ def _connection(**options: Any) -> Any:
 
 
 _stock_connection = aioice.ice.Connection
+
+
+def _certificate() -> RTCCertificate:
+    """Return the certificate that this peer shares with others, or a new one."""
+    reach = _reach.get()
+    if reach is None or reach.certificate is None:
+        return _stock_certificate()
+    return reach.certificate
+
+
+_stock_certificate = RTCCertificate.generateCertificate
 
 
 def _local_parameters(gatherer: RTCIceGatherer) -> RTCIceParameters:
