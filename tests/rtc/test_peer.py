@@ -98,6 +98,26 @@ async def test_messages_go_both_ways(pair: Pair) -> None:
     assert await asyncio.wait_for(got.get(), 5) == "hello"
 
 
+async def test_a_keyframe_leaves_in_several_passes(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However large a picture is, commands and Stop are served between its packets."""
+    sender, together = pair.peer._senders["video"], list[int]()
+
+    def kept(packets: Sequence[bytes], *, is_rtcp: bool = False) -> list[int]:
+        if not is_rtcp:
+            together.append(len(packets))
+        return [len(packet) for packet in packets]
+
+    await pair.events.wait("clock video")
+    monkeypatch.setattr(sender._egress, "send", kept)
+    monkeypatch.setattr(
+        pair.lane, "_next", lambda: (b"\0\0\0\x01\x41" + b"\x80" * 50_000, 90_000, 5.0)
+    )
+    await async_until(lambda: sum(together) >= 50)
+    assert max(together) <= 16
+
+
 @in_both_modes
 async def test_the_rtp_clock_is_the_one_on_the_wire(
     pair: Pair, monkeypatch: pytest.MonkeyPatch

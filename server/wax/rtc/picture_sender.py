@@ -29,6 +29,9 @@ ASK_AGAIN_S: Final = 0.05
 at most this often (RemoteEstimatorProxy)."""
 _NOT_AT_ONCE_10MS: Final = 51
 """Just above 500 ms: up to that maximum libwebrtc shows pictures at once if the minimum is 0."""
+_MOST_TOGETHER: Final = 16
+"""Packets of one picture in a pass of the event loop, which take half a millisecond: a keyframe has
+fifty, and leaves to several viewers in the same step."""
 _MOST_WAITING: Final = 256
 """Packets that wait for retransmission; the browser requests the others again."""
 
@@ -147,6 +150,8 @@ class PictureSender(Sender):
         """Send the packets that are due together; return when the next is, None after the last."""
         due: list[rtp.Packet] = []
         while under_way.packets and under_way.due_s - now_s <= TICK_S:
+            if len(due) == _MOST_TOGETHER:
+                break
             packet = under_way.packets.popleft()
             due.append(packet)
             under_way.due_s += gap_s(wire_bytes(packet), under_way.train.pace_bps)
