@@ -17,6 +17,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from wax.congestion.allocation import Allocation
     from wax.congestion.control import LinkEstimate
+    from wax.streams.interface import Policy
 
 OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10)
 
@@ -321,6 +322,21 @@ async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
     assert rig.lane is lane
     assert rig.left > left + 15
     assert not rig.asked
+
+
+async def test_a_wish_for_another_policy_changes_no_size() -> None:
+    """What is sent follows the link alone, however often a viewer changes the policy."""
+    steady, fickle = Rig(), Rig()
+    for rig in (steady, fickle):
+        rig.begin()
+        await rig.run(2.0)
+    for second in range(10):
+        other: Policy | None = "video-first" if second % 2 else None
+        for rig, policy in ((steady, None), (fickle, other)):
+            rig.streams.want(sound=True, picture=True, size="640x480", policy=policy)
+            rig.rate_bps = 0.3e6 if second < 4 else 20e6
+            await rig.run(1.0)
+    assert fickle.sizes == steady.sizes
 
 
 async def test_the_operator_may_have_a_rendition_of_their_own() -> None:

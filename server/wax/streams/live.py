@@ -148,7 +148,7 @@ class LiveStreams:
         self._size = size if picture else None
         if policy != self._wanted_policy:
             self._wanted_policy = policy
-            self._restart_policy()
+            self._playout.change_policy(self._sync)
         self._decide_now()
 
     def select_cameras(self, *, large: int | None, small: bool) -> None:
@@ -161,7 +161,8 @@ class LiveStreams:
         if sync is self._role_sync:
             return
         self._role_sync = sync
-        self._restart_policy()
+        self._allocator = self._make_allocator()
+        self._playout.change_policy(self._sync)
         self._decide_now()
 
     def reported(self, report: PlayoutReport) -> None:
@@ -197,11 +198,6 @@ class LiveStreams:
         now = served(estimate, self._allocation, in_step=in_step, cameras=self._seen)
         told = now.model_dump(exclude={"type"}) | {"reason": str(now.reason), "lost": lost}
         return StreamState(self._playout.status() | told, now, lost)
-
-    def _restart_policy(self) -> None:
-        """Start another policy, without interrupting the streams."""
-        self._allocator = self._make_allocator()
-        self._playout.change_policy(self._sync)
 
     # --- what is sent ----------------------------------------------------------------------
 
