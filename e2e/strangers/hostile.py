@@ -42,6 +42,9 @@ MORE_MS: Final = 10.0
 FPS_SHARE: Final = 0.95
 STOP_MS: Final = 100.0
 MORE_MIB: Final = 20.0
+KEPT_MIB: Final = 5.0
+STEP_MS: Final = 5.0
+"""On the slowest runner; 2 ms on a core like this one."""
 HOST_S: Final = 5.0
 GUEST_S: Final = 1.0
 CLOSED_S: Final = 10.0
@@ -56,6 +59,7 @@ _QUIET_S: Final = 20.0
 _PATIENCE_S: Final = 15.0
 _LOOK_S: Final = 0.1
 _SETTLE_S: Final = 2.0
+_KEPT_S: Final = 10.0
 _TRIAL_S: Final = 1.5
 NEWCOMER: Final = address(240)
 _NEWCOMER_S: Final = 0.25
@@ -336,8 +340,8 @@ async def hostile(
         await watch.stops(len(WAYS), time.monotonic() + _PATIENCE_S)
         await watch.look(_SETTLE_S)
         quiet, found = watch.filled(await watch.look(_QUIET_S)), dict[str, Seen]()
-        process = psutil.Process(stage.server.pid)
-        before = process.num_fds()
+        process, meter = psutil.Process(stage.server.pid), ProcessMeter(stage.server.pid)
+        before, before_mib = process.num_fds(), meter.rss_mib()
         for name in names:
             lasts_s = max(STOPS * _TRIAL_S, (_SHORTEST_S - n) * (name == "slow"))
             coming = asyncio.create_task(_join(joiner, "host", after_s=n / 2))
@@ -345,9 +349,15 @@ async def hostile(
             seen.host_s, seen.guest_s = await coming, await _join(joiner, "guest")
             found[name] = seen
             print(f"{key}, {_line(name, seen)}", _wrong(seen, quiet) or "", flush=True)
+        await asyncio.sleep(_KEPT_S)
+        kept_mib = meter.rss_mib() - before_mib
         left = await _left(process, before)
     print(f"WAX_SEED={seed}", flush=True)
-    return rows(key, load, quiet, found, left)
+    return [
+        *rows(key, load, quiet, found),
+        counted(f"{key}: left", "… descriptors that are left", left, len(names)),
+        summed(f"{key}: kept", "… memory that is kept for 10 s", "MiB", [kept_mib], KEPT_MIB),
+    ]
 
 
 def _wrong(seen: Seen, quiet: Seen) -> list[str]:
@@ -372,7 +382,7 @@ def _line(name: str, seen: Seen) -> str:
     )
 
 
-def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int) -> list[Row]:
+def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen]) -> list[Row]:
     """Judge all attacks together: their effect on the operator, on Stop, and on who joins."""
     quiet_ms = [ms for ms in quiet.commands_ms if ms is not None]
     if not quiet_ms:
@@ -381,6 +391,7 @@ def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int
     every = found.values()
     wrong = {name: harm for name, seen in found.items() if (harm := _wrong(seen, quiet))}
     hosts_s, guests_s = [one.host_s for one in every], [one.guest_s for one in every]
+    steps_ms = [step.processor_ms for seen in every for step in seen.steps]
     lasted_s = [s for seen in every for kind in seen.account["lasted_s"].values() for s in kind]
     judged = [
         summed(
@@ -404,10 +415,12 @@ def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int
             len(every),
             **wrong,
         ),
-        counted(f"{key}: left", "… descriptors that are left", left, len(every)),
         summed(f"{key}: host", "… the host gets in meanwhile", "s", hosts_s, HOST_S),
         summed(f"{key}: guest", "… a guest gets in afterwards", "s", guests_s, GUEST_S),
     ]
+    if steps_ms:
+        what = "… steps of the event loop above 2 ms, of its own processor time"
+        judged.append(timed(f"{key}: steps", what, steps_ms, STEP_MS))
     if lasted_s:
         what = "… slow connections are closed after"
         judged.append(summed(f"{key}: slow", what, "s", lasted_s, CLOSED_S))
