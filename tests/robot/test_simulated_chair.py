@@ -25,6 +25,7 @@ AHEAD = Twist(0.3, 0.0)
 
 SCRIPT = [
     ActSettings(at_s=1.0, for_s=0.5, linear=-1.0),
+    ActSettings(at_s=2.0, for_s=0.5, angular=0.5, lateral=-0.5),
     ActSettings(at_s=3.0, for_s=0.5, press="wait"),
     ActSettings(at_s=4.0, press="stop"),
     ActSettings(at_s=4.2, for_s=0.1, press="go_on"),
@@ -38,6 +39,8 @@ def test_the_person_follows_the_script_again_and_again() -> None:
         assert person.reading(round_s + 0.99).linear == 0.0
         assert person.reading(round_s + 1.01).linear == -1.0
         assert person.reading(round_s + 1.51).linear == 0.0
+        aside = person.reading(round_s + 2.25)
+        assert (aside.linear, aside.angular, aside.lateral) == (0.0, 0.5, -0.5)
         assert person.reading(round_s + 3.25).ask == "wait"
         assert person.reading(round_s + 4.1).stop
         assert person.reading(round_s + 4.25).ask == "go_on"

@@ -21,7 +21,9 @@ class ActSettings(ConfigTable):
     linear: Deflection = 0.0
     """The stick ahead."""
     angular: Deflection = 0.0
-    """The stick to the left."""
+    """The stick to the left, which turns it."""
+    lateral: Deflection = 0.0
+    """The stick that moves it sideways, to the left."""
     press: Literal["stop", "wait", "go_on", "left", "right", "none"] = "none"
     """The button that is pressed."""
 

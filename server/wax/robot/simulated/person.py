@@ -41,6 +41,7 @@ class ScriptedPerson:
             now_s,
             linear=act.linear,
             angular=act.angular,
+            lateral=act.lateral,
             stop=act.press == "stop",
             ask=_ASKS.get(act.press),
         )
