@@ -119,7 +119,7 @@ def test_a_robot_that_does_not_move_sideways_is_sent_drives(flags: int) -> None:
 
 @pytest.mark.parametrize(("base", "mmps"), [("mecanum", 250), ("omni", 120)])
 def test_a_base_that_is_not_moved_sideways_turns_as_told(base: str, mmps: int) -> None:
-    """Of its sides, too, a wheel drives as far as the base's sizes say, and its ticks say as far."""
+    """A side drives as far as a wheel of the base would, and its ticks say as far."""
     sizes = {"wheel_base_m": 0.2, "axle_base_m": 0.3, "omni_radius_m": 0.12}
     ticks = {"serial": {"ticks_per_m": 1000.0}}
     robot = settings(base=base, max_lateral_mps=0, **sizes, **ticks)

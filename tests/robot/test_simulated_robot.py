@@ -95,13 +95,17 @@ def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> 
 
 @pytest.mark.parametrize("base", ["differential", "omni"])
 def test_it_tells_of_a_speed_sideways_that_it_can_have(
-    base: Literal["differential", "omni"],
+    base: Literal["differential", "omni"], clock: FakeClock
 ) -> None:
     """Only a robot whose base moves sideways has that limit, and reports that speed."""
-    robot = SimulatedRobot(RobotSettings(base=base), SystemClock())
+    robot = SimulatedRobot(RobotSettings(base=base), clock)
     can = base == "omni"
     assert (robot.limits.lateral_mps > 0) == can
-    assert ("lateral_mps" in robot.state().extra) == can
+    robot.open()
+    robot.apply(Twist(lateral_mps=-0.1), 1)
+    clock.time_s += 0.2
+    assert robot.state().extra.get("lateral_mps") == (-0.1 if can else None)
+    robot.close()
 
 
 def test_camera_and_microphone_outlive_the_robot(robot: SimulatedRobot) -> None:

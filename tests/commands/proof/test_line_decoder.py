@@ -44,12 +44,11 @@ def test_frames_are_motion_or_standstill() -> None:
 
 def test_a_move_is_as_fast_as_its_vector_is_long() -> None:
     """Ahead and sideways count together; turning on the spot is motion, too."""
-    heard = language_of(FRAMES).said(
-        words(HelloBody(SESSION), MoveBody(300, -400, 0), MoveBody(0, 0, 9), MoveBody(0, 0, 0)),
-        at_s=1.0,
-    )
+    moves = (MoveBody(300, -400, 0), MoveBody(0, 400, 0), MoveBody(0, 0, 9), MoveBody(0, 0, 0))
+    heard = language_of(FRAMES).said(words(HelloBody(SESSION), *moves), at_s=1.0)
     assert [(event.moves, event.speed_mps) for event in heard[1:]] == [
         (True, 0.5),
+        (True, 0.4),
         (True, 0.0),
         (False, 0.0),
     ]

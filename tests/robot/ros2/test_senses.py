@@ -20,7 +20,9 @@ def message(values: object) -> Any:
     return json.loads(json.dumps(values), object_hook=lambda found: SimpleNamespace(**found))
 
 
-def odometry(*, z: object = 0.0, w: object = 1.0, v: float = 0.0, turning: float = 0.0) -> Any:
+def odometry(
+    *, z: object = 0.0, w: object = 1.0, v: float = 0.0, turning: float = 0.0, aside: float = 0.0
+) -> Any:
     return message(
         {
             "pose": {
@@ -31,7 +33,7 @@ def odometry(*, z: object = 0.0, w: object = 1.0, v: float = 0.0, turning: float
             },
             "twist": {
                 "twist": {
-                    "linear": {"x": v, "y": 0, "z": 0},
+                    "linear": {"x": v, "y": aside, "z": 0},
                     "angular": {"x": 0, "y": 0, "z": turning},
                 }
             },
@@ -57,13 +59,19 @@ def test_a_heading_comes_from_the_quaternion(degrees: float, heading: float) -> 
 
 
 @pytest.mark.parametrize(
-    ("v", "turning", "moves"),
-    [(0.0, 0.0, False), (0.005, 0.01, False), (-0.05, 0, True), (0, 0.1, True)],
+    ("v", "turning", "aside", "moves"),
+    [
+        (0.0, 0.0, 0.0, False),
+        (0.005, 0.01, 0.005, False),
+        (-0.05, 0, 0, True),
+        (0, 0.1, 0, True),
+        (0, 0, -0.05, True),
+    ],
 )
-def test_motion_is_more_than_noise(v: float, turning: float, moves: bool) -> None:
+def test_motion_is_more_than_noise(v: float, turning: float, aside: float, moves: bool) -> None:
     """The odometry of a standing robot is never quite zero."""
     senses = RosSenses()
-    senses.handle_message("odometry", odometry(v=v, turning=turning), 1.0)
+    senses.handle_message("odometry", odometry(v=v, turning=turning, aside=aside), 1.0)
     assert senses.moving(1.0) is moves
 
 
