@@ -67,7 +67,7 @@ def _app(*tables: dict[str, Any], **video: object) -> App:
     tree: dict[str, Any] = {
         "server": {"host": "127.0.0.1", "port": 0},
         "network": {"udp_port": 0},
-        "video": {"source": "testcard", **video},
+        "video": {"source": "testcard", "width": 640, "height": 480, **video},
         "audio": {"source": "testcard"},
     }
     for one in tables:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from e2e.gallery.views import Device
 
 _FLAT: Final[dict[str, Any]] = {
-    "video": {"source": "robot"},
+    "video": {"source": "robot", "width": "auto", "height": "auto"},
     "audio": {"source": "robot"},
     # A viewer whose page is closed is forgotten soon.
     "turns": {"grace_s": 0.5},

@@ -38,7 +38,7 @@ ACCOUNT_WITHIN_S = 2.0
 
 
 class Server:
-    """`toml` is its configuration, besides `MANY_PLAYED_BY_ONE`; `folder` has it and the log.
+    """`toml` is its configuration, besides those of `for_one_machine`; `folder` has it and the log.
 
     The log has both its outputs. Only a host may read its status, so this class is one, by the
     socket of `wax host-link`. As an async context manager it serves inside the block and stops

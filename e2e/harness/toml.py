@@ -25,6 +25,11 @@ MANY_PLAYED_BY_ONE: dict[str, Any] = {
 """One machine plays many people, so no limit for each address applies, unless a test sets it."""
 
 
+PICTURE: dict[str, Any] = {"video": {"width": 640, "height": 480}}
+"""What every server of a test sends unless its configuration says otherwise: what the tests assume,
+and several browsers on a small machine decode."""
+
+
 def as_shipped() -> dict[str, Any]:
     """Return the limits for each address with their defaults, for what measures these."""
     shipped = Settings().model_dump()
@@ -51,8 +56,8 @@ def card_on(port: Path) -> str:
 
 
 def for_one_machine(text: str) -> str:
-    """Add `MANY_PLAYED_BY_ONE` to a configuration."""
-    return tomlkit.dumps(merged(MANY_PLAYED_BY_ONE, tomllib.loads(text)))
+    """Add `MANY_PLAYED_BY_ONE` and `PICTURE` to a configuration."""
+    return tomlkit.dumps(merged(MANY_PLAYED_BY_ONE, PICTURE, tomllib.loads(text)))
 
 
 def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:

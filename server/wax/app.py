@@ -27,6 +27,7 @@ from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.door.tunnel import Tunnel
 from wax.edge.turnstile import Turnstile
+from wax.encode.auto_size import prepare
 from wax.errors import StartError
 from wax.fanout.sound_hub import SoundHub
 from wax.hooks.hooks import Hooks
@@ -253,17 +254,20 @@ class App:
             thread.stop()
 
     def _make_parts(self, turnstile: Turnstile) -> Parts:
-        settings, clock, counters = self._settings, self._clock, Counters()
+        clock, counters, given = self._clock, Counters(), self._settings
         driver = make_robot(
-            settings.robot,
+            given.robot,
             clock,
-            settings.log,
-            settings.local,
-            claim=_claim(settings),
-            controls=settings.controls,
+            given.log,
+            given.local,
+            claim=_claim(given),
+            controls=given.controls,
         )
+        prepared = prepare(given, driver)
+        prepared.log()
+        self._settings = settings = prepared.settings
         decisions, turns = HostDecisions(), Turns(settings.turns)
-        pipelines = Pipelines(settings, clock, driver, lambda: decisions.switches.is_blanked)
+        pipelines = Pipelines(prepared, clock, driver, lambda: decisions.switches.is_blanked)
         cluster = Cluster(clock=clock, counters=counters)
         pipelines.publish(cluster)
         self._tape = self._make_tape(counters, pipelines)

@@ -21,7 +21,6 @@ from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import PublishedSources
 from wax.cluster.room_directory import published, upload_left_bps
 from wax.control.driving_view import DrivingView
-from wax.encode.choice import choose
 from wax.encode.video_encoder import IntraEncoder
 from wax.fanout.camera import Camera
 from wax.fanout.sound_hub import SoundHub
@@ -34,30 +33,26 @@ if TYPE_CHECKING:
     from wax.capture.source import Picture, Sound
     from wax.clock import Clock
     from wax.cluster.cluster import Cluster
-    from wax.config.settings import Settings
     from wax.driver.interface import Driver
+    from wax.encode.auto_size import Prepared
     from wax.streams.interface import Service
 
 _LOG = structlog.get_logger(__name__)
 
 
 class Pipelines:
-    """The sources, encoders and hubs; while `is_blanked`, a card replaces what they deliver.
-
-    `encoders` has the driving view's, then each camera's; it is empty under the thesis policy.
-    """
+    """The sources, encoders and hubs; while `is_blanked`, a card replaces what they deliver."""
 
     audio: SoundHub | UnitHub
     service: Service
 
     def __init__(
-        self, settings: Settings, clock: Clock, driver: Driver, is_blanked: Callable[[], bool]
+        self, prepared: Prepared, clock: Clock, driver: Driver, is_blanked: Callable[[], bool]
     ) -> None:
-        self._settings = settings
+        self._settings = settings = prepared.settings
         self._clock = clock
         self._blanking = Blanking(is_blanked)
-        is_thesis = settings.sync.policy == "thesis"
-        self.encoders = [] if is_thesis else choose([settings.video, *settings.camera])
+        self.encoders = prepared.encoders
         self.cameras = [
             Camera(
                 one,
@@ -68,7 +63,7 @@ class Pipelines:
             )
             for one, makers in zip(settings.camera, self.encoders[1:], strict=True)
         ]
-        if is_thesis:
+        if settings.sync.policy == "thesis":
             self._make_thesis_service()
         else:
             self._make_live_service()

@@ -191,7 +191,7 @@ def test_somebody_elses_class(monkeypatch: pytest.MonkeyPatch) -> None:
         find(video="glass_eye:Water")
     with pytest.raises(ConfigError, match="too small"):
         make_sources(
-            VideoSettings(source="glass_eye:Glass", width=32),
+            VideoSettings(source="glass_eye:Glass", width=32, height=32),
             AudioSettings(source="none"),
             SystemClock(),
             IdleRobot(),

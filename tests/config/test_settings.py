@@ -145,7 +145,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
         'sync.operator.audio_delay_ms: got 5; allowed is "auto" or a number from 20 to 500',
         'video.codec: got "av1"; allowed is "vp8" or "h264"',
         'video.fps: got "many"; allowed is a number from 1 to 240',
-        "video.width: got 33; allowed is an even number from 32 to 3840",
+        'video.width: got 33; allowed is an even number from 32 to 3840 or "auto"',
     ]
 
 
@@ -193,7 +193,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
         ),
         (
             "[video]\nrenditions = []",
-            "video.renditions: got []; allowed is a list of tables, 1 to 8 of them",
+            'video.renditions: got []; allowed is a list of tables, 1 to 8 of them, or "auto"',
         ),
         ("[video]\nrenditions = [5]", "video.renditions[0]: got 5; allowed is a table"),
         (
@@ -437,6 +437,24 @@ def test_a_problem_is_one_sentence(text: str, problem: str, tmp_path: Path) -> N
 def test_a_ladder_that_does_not_go_down_is_refused(text: str, problem: str, tmp_path: Path) -> None:
     """Each step down the ladder must cost less, so the order is checked."""
     assert _problems(text, tmp_path) == [problem]
+
+
+def test_an_automatic_size_is_one_that_is_left_out(tmp_path: Path) -> None:
+    """The word "auto" is as good as no key; half a size is refused, with the key to add."""
+    keys = ("width", "height", "renditions")
+    said = config.parse({"video": dict.fromkeys(keys, "auto")}, "robot.toml").video
+    assert (said.has_auto_size, said.has_auto_ladder, said) == (True, True, config.Settings().video)
+    assert _problems("[video]\nwidth = 320", tmp_path) == [
+        "video: width and height belong together; height is missing"
+    ]
+    text = '[video]\nwidth = "auto"\nheight = 240'
+    assert "width is missing" in _problems(text, tmp_path)[0]
+
+
+def test_a_ladder_follows_from_the_size() -> None:
+    """A configured size has a ladder of its own shape."""
+    video = config.parse({"video": {"width": 1920, "height": 1080}}, "robot.toml").video
+    assert [one.size for one in video.renditions][:3] == ["1920x1080", "1280x720", "960x540"]
 
 
 def test_one_size_may_have_several_rates(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.system
 
 
-CARD = '[video]\nsource = "testcard"\n[audio]\nsource = "testcard"\n'
+CARD = '[video]\nsource = "testcard"\nwidth = 640\nheight = 480\n[audio]\nsource = "testcard"\n'
 
 
 async def test_a_restart_says_goodbye_and_takes_everybody_back(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.systems.served import PORT
-from e2e.harness.toml import MANY_PLAYED_BY_ONE, MEDIA, merged
+from e2e.harness.toml import MANY_PLAYED_BY_ONE, MEDIA, PICTURE, merged
 from e2e.peers.sizes import FPS, VGA
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def settings(cell: Cell) -> dict[str, Any]:
         tree["video"] = {**tree["video"], **_video(cell.given)}
     if cell.player != "auto":
         tree["sync"] = {role: {"player": cell.player} for role in ("operator", "observer")}
-    for_all = merged(MANY_PLAYED_BY_ONE, tree)
+    for_all = merged(PICTURE, MANY_PLAYED_BY_ONE, tree)
     match cell.system:
         case "operator":
             asks = merged(for_all, {"turns": {"join": "ask"}})
@@ -47,7 +47,7 @@ def settings(cell: Cell) -> dict[str, Any]:
             return merged(for_all, {"sync": both})
         case "thesis":
             thesis = tomllib.loads(THESIS.read_text(encoding="utf-8"))
-            tree = merged(thesis, for_all)
+            tree = merged(for_all, thesis, tree)
             if cell.audio_mu_ms is None:
                 return tree
             return merged(tree, {"thesis": {"audio_mu_ms": cell.audio_mu_ms}})

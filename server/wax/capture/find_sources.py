@@ -133,7 +133,7 @@ def _make_video(
 
 def _find_video(settings: VideoSettings, key: str, clock: Clock, files: _Files) -> VideoSource:
     name = settings.source
-    device = _camera_device(name)
+    device = camera_device(name)
     if device is not None:
         return OpenCvCamera(settings, clock, device=device)
     if name.startswith("picamera:"):
@@ -217,7 +217,7 @@ class _Files:
         return self._files.setdefault(address, made)
 
 
-def _camera_device(name: str) -> int | str | None:
+def camera_device(name: str) -> int | str | None:
     """Return a camera's number or path, or None if the name is not a camera's.
 
     Without ``camera:`` a path counts as a camera only if it cannot be a media file.

@@ -93,6 +93,17 @@ class FirstCamera:
         return same[0]
 
 
+def first_camera(
+    taken: Iterable[str], *, list_cameras: Callable[[], list[ListedDevice]] = list_cameras
+) -> str | None:
+    """Return the source that `FirstCamera` would choose now, None if that takes opening cameras."""
+    if not sys.platform.startswith("linux"):
+        return None
+    nodes = {_node(one) for one in taken}
+    there = (one.source for one in list_cameras())
+    return next((one for one in there if _node(one) not in nodes), None)
+
+
 def first_microphone(*, load_portaudio: Callable[[], Any] = load_portaudio) -> ListedDevice | None:
     """Return the default microphone, else the first; log and return None if there is none."""
     found, problem = list_microphones(load_portaudio=load_portaudio)

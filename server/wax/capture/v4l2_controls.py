@@ -73,7 +73,7 @@ def set_controls(
     """
     if not wanted:
         return
-    with _opened(camera, ioctl) as call:
+    with opened(camera, ioctl) as call:
         there = {one.name: one for one in _controls(call)}
         for name, value in wanted.items():
             if name not in there:
@@ -106,7 +106,7 @@ def set_controls(
 def list_controls(camera: int | str, *, ioctl: Ioctl | None = None) -> list[str]:
     """Return a line for each control: its present value, as configured, and its range."""
     lines = []
-    with contextlib.suppress(OSError, SourceError), _opened(camera, ioctl) as call:
+    with contextlib.suppress(OSError, SourceError), opened(camera, ioctl) as call:
         for one in _controls(call):
             asked = bytearray(CONTROL.pack(one.number, 0))
             with contextlib.suppress(OSError):
@@ -116,7 +116,8 @@ def list_controls(camera: int | str, *, ioctl: Ioctl | None = None) -> list[str]
 
 
 @contextlib.contextmanager
-def _opened(camera: int | str, ioctl: Ioctl | None) -> Iterator[Callable[[int, bytearray], object]]:
+def opened(camera: int | str, ioctl: Ioctl | None) -> Iterator[Callable[[int, bytearray], object]]:
+    """Yield V4L2's call on a descriptor of this camera; raises `SourceError` if it has none."""
     node = f"/dev/video{camera}" if isinstance(camera, int) else camera
     try:
         call = ioctl or importlib.import_module("fcntl").ioctl  # not on every system

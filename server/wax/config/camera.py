@@ -7,8 +7,9 @@ from typing import Annotated, Final
 from pydantic import Field, field_validator
 
 from wax.config.allowed import printable
+from wax.config.ladder import BESIDE
 from wax.config.table import Name
-from wax.config.video import MAX_CAPTURE_FPS, RenditionSettings, VideoSettings
+from wax.config.video import MAX_CAPTURE_FPS, RenditionSettings, VideoSettings, automatic
 
 MAX_CAMERAS: Final = 4
 """The maximum of cameras beside `[video]`: each is a media section in every page's connection."""
@@ -28,11 +29,7 @@ class CameraSettings(VideoSettings):
     """The robot's axes that turn this camera, and not the driving view's."""
     fps: Annotated[float, Field(ge=1, le=MAX_CAPTURE_FPS)] = 15.0
     """Pictures a second to request."""
-    renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
-        RenditionSettings(width=640, height=480, fps=15.0, bitrate_bps=500_000),
-        RenditionSettings(width=320, height=240, fps=15.0, bitrate_bps=200_000),
-        RenditionSettings(width=160, height=120, fps=5.0, bitrate_bps=30_000),
-    ]
+    renditions: list[RenditionSettings] = automatic(BESIDE)
     """Its ladder, as in [video]; the last is that of the small picture."""
 
     @field_validator("source")

@@ -37,7 +37,8 @@ _REMOVED: Final = {
 def lines(error: ValidationError, schema: allowed.Schema, table: str = "") -> list[str]:
     """Return a sentence for each wrong key; `table` is the one that `schema` describes."""
     # pydantic reports a problem for each branch of a union; one line for the key is enough.
-    return list(dict.fromkeys(_sentence(problem, schema, table) for problem in error.errors()))
+    told = [one for one in error.errors() if one["type"] != "default_factory_not_called"]
+    return list(dict.fromkeys(_sentence(problem, schema, table) for problem in told))
 
 
 def unknown(key: str, neighbours: Iterable[str]) -> str:

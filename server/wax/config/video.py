@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from wax.config.allowed import shown
+from wax.config.ladder import DRIVING, RateStep, ladder
 from wax.config.table import ConfigTable
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+AUTO: Final = "auto"
+"""A key with this value counts as left out: it has what is certain until the source is known, VGA,
+and `wax.encode.auto_size` replaces it once it is."""
 MIN_FOV_DEG: Final = 10.0
 MIN_CAMERA_HEIGHT_M: Final = 0.02
 MAX_CAPTURE_FPS: Final = 240.0
@@ -38,15 +46,60 @@ class RenditionSettings(ConfigTable):
         return f"{self.size} at {self.bitrate_bps / 1000:g} kbit/s"
 
 
+def _or_auto(allowed: str) -> Any:
+    """Return the annotation of a key that is `AUTO` by default, with the words for its values."""
+    return Field(json_schema_extra={"default": AUTO, "allowed": f"{allowed} or {shown(AUTO)}"})
+
+
+def automatic(steps: Sequence[RateStep]) -> Any:
+    """Return the field of a ladder that is made for the camera's upright size from these steps."""
+
+    def made(keys: dict[str, Any]) -> list[RenditionSettings]:
+        size = upright_size(keys["width"], keys["height"], keys["rotate"])
+        return ladder_settings(*size, keys["fps"], steps)
+
+    return Field(default_factory=made, min_length=1, max_length=8, json_schema_extra=_LADDER_WORDS)
+
+
+_LADDER_WORDS: Final[dict[str, Any]] = {
+    "default": AUTO,
+    "allowed": f"a list of tables, 1 to 8 of them, or {shown(AUTO)}",
+}
+
+
+def ladder_settings(
+    width: int, height: int, fps: float, steps: Sequence[RateStep]
+) -> list[RenditionSettings]:
+    """Return the automatic ladder for an upright picture of this size."""
+    return [RenditionSettings(**one._asdict()) for one in ladder(width, height, fps, steps)]
+
+
+def upright_size(width: int, height: int, rotate: int) -> tuple[int, int]:
+    """Return the size of a picture after rotation by this many degrees."""
+    return (height, width) if rotate % 180 else (width, height)
+
+
 class VideoSettings(ConfigTable):
     """A camera: the keys that `[video]` and `[[camera]]` share."""
 
     source: Annotated[str, Field(min_length=1)] = "robot"
     """As in [video]; "robot" is a view of the robot from outside, if it has one."""
-    width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 640
-    """The width in pixels to request from the source; every rendition is scaled from it."""
-    height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 480
-    """The height in pixels to request from the source."""
+    width: Annotated[
+        int,
+        Field(ge=32, le=3840, multiple_of=2),
+        _or_auto("an even number from 32 to 3840"),
+    ] = 640
+    """The width in pixels to request from the source; every rendition is scaled from it. "auto" is
+    the source's best up to 1280×720 at 25 pictures a second or more, if a trial at the start
+    shows that this machine encodes it in time, else 640×480, which cameras beside the driving
+    view, rooms of publish and the thesis's policy have, too. The log and `wax doctor` say what was
+    chosen, and why. A list of your own renditions has the size of the first."""
+    height: Annotated[
+        int,
+        Field(ge=32, le=2160, multiple_of=2),
+        _or_auto("an even number from 32 to 2160"),
+    ] = 480
+    """The height in pixels to request from the source; it goes with width."""
     fps: Annotated[float, Field(ge=1, le=MAX_CAPTURE_FPS)] = 30.0
     """Pictures a second to request from the source. Renditions cannot have more; with fewer they
     take the newest, so that a sensor at twice their rate saves up to half a picture's time, and
@@ -91,19 +144,22 @@ class VideoSettings(ConfigTable):
     own, so this is only a safety net; each keyframe costs as much as many ordinary frames."""
     timestamp_overlay: bool = False
     """Draw the wall clock (UTC) on the picture. The thesis judged drift by it."""
-    renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
-        RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000),
-        RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=600_000),
-        RenditionSettings(width=320, height=240, fps=30.0, bitrate_bps=300_000),
-        RenditionSettings(width=320, height=240, fps=15.0, bitrate_bps=120_000),
-        RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=50_000),
-        RenditionSettings(width=160, height=120, fps=10.0, bitrate_bps=16_000),
-    ]
+    renditions: list[RenditionSettings] = automatic(DRIVING)
     """The rendition ladder, the best step first. Each viewer gets the highest step that their link
     carries, no larger than the size they chose; between two steps, pictures are dropped for that
     viewer alone. Each step costs the machine one encoder while anybody watches it.
 
-    The lowest default step still lets you drive over a telephone modem.
+    "auto" is a ladder of the picture's own shape down to what a telephone modem carries, at most
+    30 pictures a second. With 640×480:
+
+    renditions = [
+        { width = 640, height = 480, fps = 30.0, bitrate_bps = 1_000_000 },
+        { width = 640, height = 480, fps = 30.0, bitrate_bps = 600_000 },
+        { width = 320, height = 240, fps = 30.0, bitrate_bps = 300_000 },
+        { width = 320, height = 240, fps = 15.0, bitrate_bps = 120_000 },
+        { width = 160, height = 120, fps = 15.0, bitrate_bps = 50_000 },
+        { width = 160, height = 120, fps = 10.0, bitrate_bps = 16_000 },
+    ]
     """
 
     @property
@@ -114,20 +170,35 @@ class VideoSettings(ConfigTable):
     @property
     def upright_size(self) -> tuple[int, int]:
         """Width and height of a picture after rotation."""
-        lies = self.rotate % 180 != 0
-        return (self.height, self.width) if lies else (self.width, self.height)
+        return upright_size(self.width, self.height, self.rotate)
+
+    @property
+    def has_auto_size(self) -> bool:
+        """Whether `width` and `height` are left to the source and the machine."""
+        return "width" not in self.model_fields_set
+
+    @property
+    def has_auto_ladder(self) -> bool:
+        """Whether `renditions` follow from the size."""
+        return "renditions" not in self.model_fields_set
 
     @model_validator(mode="before")
     @classmethod
-    def _ladder_turns_too(cls, given: Any) -> Any:
-        """Rotate the default ladder with the camera; a configured ladder is taken as written."""
-        if not isinstance(given, dict) or given.get("rotate") not in (90, 270):
+    def _auto_is_left_out(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
             return given
-        ladder = cls.model_fields["renditions"].default
-        turned = [
-            one.model_copy(update={"width": one.height, "height": one.width}) for one in ladder
-        ]
-        return {"renditions": turned} | given
+        keys = ("width", "height", "renditions")
+        return {key: one for key, one in given.items() if key not in keys or one != AUTO}
+
+    @model_validator(mode="after")
+    def _has_a_whole_size(self) -> Self:
+        given = self.model_fields_set & {"width", "height"}
+        if len(given) == 1:
+            raise ValueError(
+                f"width and height belong together; {'height' if 'width' in given else 'width'} is"
+                " missing"
+            )
+        return self
 
     @model_validator(mode="after")
     def _encoder_makes_the_codec(self) -> Self:

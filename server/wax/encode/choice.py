@@ -69,6 +69,10 @@ class Encoders:
         hardware = self._hardware_for(rendition)
         return SOFTWARE[self._codec] if hardware is None else hardware.name
 
+    def has_hardware_for(self, rendition: RenditionSettings) -> bool:
+        """Whether hardware encodes this rendition, as far as the trials tell."""
+        return self._hardware_for(rendition) is not None
+
     @property
     def problem(self) -> str | None:
         """A sentence if the configured encoder does not work or has failed, else None."""

@@ -25,6 +25,7 @@ CHECKS = [
     "firewall",
     "certificate",
     "files",
+    "picture size",
     "camera",
     "microphone",
     "serial port",

@@ -10,6 +10,7 @@ import pytest
 
 from wax.commands.doctor import machine
 from wax.config.settings import Settings
+from wax.encode.auto_size import Prepared
 from wax.encode.choice import Encoders
 from wax.encode.trial import Trial
 
@@ -94,6 +95,14 @@ def test_what_encodes_is_told(
     settings = Settings.model_validate({"video": keys}).video
     verdict = machine.encoder(settings, Encoders(settings, [trial] if trial else []))
     assert (verdict.level, says in verdict.sentence) == (level, True), verdict
+
+
+@pytest.mark.parametrize(("is_slow", "level"), [(False, "ok"), (True, "warning")])
+def test_the_size_of_the_picture_is_told(is_slow: bool, level: str) -> None:
+    """The verdict has the size and why, and warns if this machine is too slow for more."""
+    prepared = Prepared(Settings(), [], ["640x480: it is"], is_slow)
+    verdict = machine.picture_size(prepared)
+    assert (verdict.level, verdict.sentence) == (level, "The picture has 640x480: it is.")
 
 
 def test_a_folder_that_can_be_written_is_well(tmp_path: Path) -> None:

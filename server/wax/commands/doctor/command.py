@@ -14,20 +14,22 @@ from wax.commands.doctor.files import files
 from wax.commands.doctor.network import network_of
 from wax.commands.doctor.verdict import Check, Verdict, bad, examine, ok
 from wax.config import settings as config
-from wax.encode.choice import choose
+from wax.encode.auto_size import prepare
 from wax.encode.trials import LIMIT_S
-from wax.errors import ConfigError
+from wax.errors import ConfigError, WaxError
 from wax.hooks.signature import read_secret
 from wax.house.discovery import published_topics, topic_of
 from wax.house.house import broker_link
+from wax.robot.find_driver import make_driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from wax.config.camera import CameraSettings
     from wax.config.hook import HookSettings
     from wax.config.settings import Settings
+    from wax.driver.interface import Driver
+    from wax.encode.auto_size import Prepared
 
 _DEVICE_S: Final = 15.0
 """OpenCV gives up on a camera after 10 s."""
@@ -79,7 +81,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
     network = network_of(settings, stun)
     running = ports.is_running(network)
     own = addresses.own_addresses()
-    encoders = cache(lambda: choose([settings.video])[0])  # they are tried once
+    prepared = cache(lambda: prepare(settings, _driver(settings)))  # encoders are tried once
     return [
         Check("configuration", lambda: configuration),
         Check("TCP port", lambda: ports.tcp_port(network, running=running)),
@@ -90,17 +92,14 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("certificate", lambda: certificate.certificate(network, _now())),
         Check("files", lambda: files(settings)),
         *door.checks(settings, _now().timestamp(), running=running),
-        Check("camera", lambda: devices.camera(settings, running=running), _DEVICE_S),
-        *_cameras(settings, running=running),
+        Check("picture size", lambda: machine.picture_size(prepared()), _ENCODERS_S),
+        Check("camera", lambda: devices.camera(prepared().settings, running=running), _DEVICE_S),
+        *_cameras(settings, prepared, running=running),
         Check("microphone", lambda: devices.microphone(settings, running=running), _DEVICE_S),
         Check("serial port", lambda: devices.serial_port(settings, running=running), _DEVICE_S),
         Check("clock", machine.clock),
-        Check("encoder", lambda: machine.encoder(settings.video, encoders()), _ENCODERS_S),
-        Check(
-            "processor",
-            lambda: machine.processor(settings.video, encoders=encoders()),
-            _ENCODERS_S,
-        ),
+        Check("encoder", lambda: machine.encoder(*prepared().driving_view), _ENCODERS_S),
+        Check("processor", lambda: machine.processor(*prepared().driving_view), _ENCODERS_S),
         Check("disk", lambda: machine.disk(state_dir.find(settings.server.state_dir))),
         Check("UDP buffer", machine.udp_buffer),
         Check("open files", lambda: machine.open_files(settings)),
@@ -117,17 +116,25 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
     ]
 
 
-def _cameras(settings: Settings, *, running: bool) -> list[Check]:
+def _driver(settings: Settings) -> Driver | None:
+    """Return the driver, None if it cannot be built, which other checks report."""
+    try:
+        return make_driver(settings.robot, SystemClock())
+    except WaxError:
+        return None
+
+
+def _cameras(settings: Settings, prepared: Callable[[], Prepared], *, running: bool) -> list[Check]:
     """Return a check for each camera other than the driving view."""
 
-    def check(one: CameraSettings) -> Check:
-        return Check(
-            f"camera {one.name}",
-            lambda: devices.further_camera(settings, one, running=running),
-            _DEVICE_S,
-        )
+    def check(number: int) -> Check:
+        def look() -> Verdict:
+            sized = prepared().settings
+            return devices.further_camera(sized, sized.camera[number], running=running)
 
-    return [check(one) for one in settings.camera]
+        return Check(f"camera {settings.camera[number].name}", look, _DEVICE_S)
+
+    return [check(number) for number in range(len(settings.camera))]
 
 
 def _hook(number: int, hook: HookSettings) -> Verdict:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from wax.config.settings import Settings
     from wax.config.video import VideoSettings
+    from wax.encode.auto_size import Prepared
 
 _NOT_SYNCHRONISED: Final = 0x40
 """STA_UNSYNC (linux/timex.h)."""
@@ -78,6 +79,16 @@ def clock(read_status: Callable[[], int] = _clock_status) -> Verdict:
     return ok("The clock is kept right.")
 
 
+def picture_size(prepared: Prepared) -> Verdict:
+    """Report the size of the driving view and why it is this one."""
+    told = f"The picture has {prepared.chosen[0]}."
+    if prepared.is_slow:
+        return warning(
+            told, "Set width and height in [video] for more, which will be fewer pictures a second."
+        )
+    return ok(told)
+
+
 def encoder(settings: VideoSettings, encoders: Encoders) -> Verdict:
     """Report the driving view's encoder, and why it is not hardware."""
     if settings.codec == "vp8":
@@ -94,8 +105,8 @@ def encoder(settings: VideoSettings, encoders: Encoders) -> Verdict:
 
 def processor(
     settings: VideoSettings,
-    *,
     encoders: Encoders | None = None,
+    *,
     seconds: float = 1.0,
     cpu_s: Callable[[], float] = time.thread_time,
     usable: float | None = None,
