@@ -360,7 +360,9 @@ class App:
                     "mqtt": self._parts.house.status(),
                 }
             ),
-            branding=BrandedPage(settings.page, page, settings.server.public_url),
+            branding=BrandedPage(
+                settings.page, page, settings.server.public_url, settings.video.upright_size
+            ),
             guards=Guards(
                 settings.server,
                 clock,

@@ -183,6 +183,15 @@ def test_sites_that_may_show_the_page_embed_a_pasted_link(tmp_path: Path) -> Non
     assert own.oembed(asked | {"maxheight": "0"}, ORIGIN)["height"] == 1
 
 
+@pytest.mark.parametrize(("shape", "high"), [((1280, 720), 360), ((480, 640), 853)])
+def test_a_frame_has_the_shape_of_the_picture(shape: tuple[int, int], high: int) -> None:
+    """The frame of a wide or an upright picture leaves no bars, in the head and in the answer."""
+    own = BrandedPage(PageSettings(embed_on=["https://a.example"]), shape=shape)
+    assert Read(own.html(BUILT, ORIGIN)).meta["og:video:height"] == str(high)
+    told = own.oembed({"url": f"{ORIGIN}/", "maxheight": "72"}, ORIGIN)
+    assert (told["width"], told["height"]) == (72 * shape[0] // shape[1], 72)
+
+
 @pytest.mark.parametrize(
     ("url", "more", "status"),
     [

@@ -52,13 +52,19 @@ _NOT_IN_FRAMES: Final = ("voice", "cameras")
 class BrandedPage:
     """The built page with the host's `[page]` settings; raises `ConfigError` for a bad picture.
 
-    `data` is what the page must know before it connects, as attributes of its root element.
+    `data` is what the page must know before it connects, as attributes of its root element; `shape`
+    has the proportions of the robot's picture.
     """
 
     def __init__(
-        self, settings: PageSettings, data: Mapping[str, str] | None = None, public_url: str = ""
+        self,
+        settings: PageSettings,
+        data: Mapping[str, str] | None = None,
+        public_url: str = "",
+        shape: oembed.Shape = (4, 3),
     ) -> None:
         self._settings = settings
+        self._shape = shape
         self._public_url = public_url
         self.picture = preview_picture.read(settings.picture)
         self.style = _style(settings.accent)
@@ -81,7 +87,8 @@ class BrandedPage:
             raise NotForUsError(Sentence("request.no_page"), 404)
         base = self._public_url or origin
         shown_at = self._picture_url(base)
-        return oembed.answer(asked, base, self._settings.name, self.picture, shown_at)
+        name = self._settings.name
+        return oembed.answer(asked, base, name, self.picture, shown_at, shape=self._shape)
 
     def html(self, built: str, origin: str, *, is_embed: bool = False) -> str:
         """Return the built page as the host's own; `origin` is this server's in the browser.
@@ -109,7 +116,7 @@ class BrandedPage:
         text = _DESCRIPTION.sub(lambda _: _meta("name", "description", description), text, count=1)
         more = [*self._preview(description, base), *self._link()]
         if self.embed_on:
-            more += oembed.head(base, settings.name)
+            more += oembed.head(base, settings.name, self._shape)
         return text.replace("</head>", "".join(f"  {line}\n  " for line in more) + "</head>", 1)
 
     def _picture_url(self, base: str) -> str:

@@ -23,6 +23,9 @@ OEMBED_PATH: Final = "/oembed"
 VIEW: Final = "embed"
 """The value of ``?view=`` for a frame."""
 
+Shape = tuple[int, int]
+"""The width and height of the robot's picture, whose proportions a frame has."""
+
 _FRAME: Final = f"/?view={VIEW}"
 _WIDTH: Final = 640
 _UNBOUNDED: Final = 100_000
@@ -32,14 +35,14 @@ _KEPT_S: Final = 3600
 _NO_PAGE: Final = Sentence("request.no_page")
 
 
-def head(base: str, name: str) -> list[str]:
+def head(base: str, name: str, shape: Shape) -> list[str]:
     """Return the tags about the frame for the head of the page at `base`."""
     about = f"{base}{OEMBED_PATH}?url={quote(f'{base}/', safe='')}&format=json"
     video = {
         "og:video": f"{base}{_FRAME}",
         "og:video:type": "text/html",
         "og:video:width": str(_WIDTH),
-        "og:video:height": str(_height(_WIDTH)),
+        "og:video:height": str(_height(_WIDTH, shape)),
     }
     return [
         f'<link rel="alternate" type="application/json+oembed" href="{escape(about)}"'
@@ -49,7 +52,13 @@ def head(base: str, name: str) -> list[str]:
 
 
 def answer(
-    asked: Mapping[str, str], base: str, name: str, picture: PreviewPicture | None, shown_at: str
+    asked: Mapping[str, str],
+    base: str,
+    name: str,
+    picture: PreviewPicture | None,
+    shown_at: str,
+    *,
+    shape: Shape,
 ) -> dict[str, object]:
     """Return the answer for a link to the page at `base`; `shown_at` is its picture's URL.
 
@@ -62,7 +71,8 @@ def answer(
     if asked.get("format", "json") != "json":
         raise NotForUsError(_NO_PAGE, 501)
     wide, high = _bound(asked.get("maxwidth")), _bound(asked.get("maxheight"))
-    width = min(_WIDTH, wide, max(1, high * 4 // 3))
+    width = min(_WIDTH, wide, max(1, high * shape[0] // shape[1]))
+    height = _height(width, shape)
     told: dict[str, object] = {
         "version": "1.0",
         "type": "video",
@@ -71,9 +81,9 @@ def answer(
         "provider_url": f"{base}/",
         "cache_age": _KEPT_S,
         "html": f'<iframe src="{escape(base + _FRAME)}" title="{escape(name)}" width="{width}"'
-        f' height="{_height(width)}" loading="lazy" allow="autoplay" style="border:0"></iframe>',
+        f' height="{height}" loading="lazy" allow="autoplay" style="border:0"></iframe>',
         "width": width,
-        "height": _height(width),
+        "height": height,
     }
     if picture is not None and picture.width <= wide and picture.height <= high:
         told["thumbnail_url"] = shown_at
@@ -101,9 +111,9 @@ def _parts(url: str) -> tuple[str, str, str]:
     return host, port.removesuffix(usual), path.removesuffix("/")
 
 
-def _height(width: int) -> int:
-    """Return the height for this width: most cameras have 4:3."""
-    return max(1, width * 3 // 4)
+def _height(width: int, shape: Shape) -> int:
+    """Return the height for this width."""
+    return max(1, width * shape[1] // shape[0])
 
 
 def _bound(text: str | None) -> int:
