@@ -85,6 +85,7 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
+_RELIEVE_S: Final = 1.0
 _STOP_S: Final = 2.5
 """Once the robot has stopped, peers, sockets and threads together have this long to end."""
 
@@ -202,6 +203,7 @@ class App:
         self._supervisor.spawn("memory", memory.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("headroom", self._parts.headroom.run())
+        self._supervisor.spawn("late loop", self._relieve_late_loop())
         self._supervisor.spawn("status", self._status.run())
         self._supervisor.spawn("public address", self._parts.network.run())
         self._supervisor.spawn("records", self._parts.keeper.run())
@@ -211,6 +213,12 @@ class App:
         self._supervisor.spawn("hooks", self._parts.hooks.run())
         self._supervisor.spawn("house", self._parts.house.run())
         self._supervisor.spawn("service manager", self._service_manager.run())
+
+    async def _relieve_late_loop(self) -> None:
+        lateness, service = self._parts.control.lateness, self._parts.pipelines.service
+        while True:
+            await asyncio.sleep(_RELIEVE_S)
+            service.relieve(sum(lateness.counts), lateness.sum_s)
 
     async def _shut_down(self) -> None:
         self._parts.control.stop()

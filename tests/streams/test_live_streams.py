@@ -132,7 +132,7 @@ async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
     await rig.run(8.0)
     alone = rig.streams.status().entry
     assert alone["rendition"] == "320x240 at 300 kbit/s"
-    assert alone["reason"] == "your share of the robot's upload carries about 580 kbit/s"
+    assert alone["reason"] == "your share of what the robot can send is about 580 kbit/s"
     assert rig.service.has_room
     other = rig.service.streams(rig, SyncSettings())
     other.make_lanes()

@@ -288,6 +288,8 @@ class BaselineService:
         self._video = video
         self._audio = audio
 
+    def relieve(self, ticks: int, late_s: float) -> None: ...
+
     @property
     def sizes(self) -> Sequence[str]:
         return self._video.sizes

@@ -58,8 +58,8 @@ class LinkEstimate:
     round_trip_ms: float | None
     assumed: bool = False
     """No picture has come through yet, so the rate is a guess."""
-    limit: Literal["link", "upload"] = "link"
-    """What limits the rate: the link, or this viewer's share of the robot's upload."""
+    limit: Literal["link", "share"] = "link"
+    """What limits the rate: the link, or this viewer's share of what the robot can send."""
 
 
 class CongestionControl:

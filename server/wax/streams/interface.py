@@ -198,6 +198,14 @@ class Service(Protocol):
         """Whether the robot's upload carries another observer with picture and sound."""
         ...
 
+    def relieve(self, ticks: int, late_s: float) -> None:
+        """Send observers less while the event loop is late; call it once a second.
+
+        It takes the number of the control loop's ticks since the start, and how late they were
+        together in s.
+        """
+        ...
+
     @property
     def sizes(self) -> Sequence[str]:
         """The sizes on offer, the default first."""

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocator import Allocator
+from wax.congestion.late_loop import LateLoop
 from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.sound_choice import FIT_SHARE
 from wax.congestion.upload_budget import UploadBudget
@@ -262,7 +263,7 @@ class LiveStreams:
         share_bps = self._budget.share_bps(self, wants_bps, drives=self._drives, now_s=now_s)
         if share_bps >= wants_bps:
             return estimate
-        return replace(estimate, rate_bps=share_bps, limit="upload")
+        return replace(estimate, rate_bps=share_bps, limit="share")
 
     def _send_picture(
         self,
@@ -337,6 +338,12 @@ class LiveService:
         self._audio = audio
         self._ladder = RenditionLadder(video_settings, audio_settings)
         self._budget = UploadBudget(upload_bps)
+        self._late_loop = LateLoop()
+
+    def relieve(self, ticks: int, late_s: float) -> None:
+        wants_bps = self._budget.observers_want_bps
+        self._late_loop.update(ticks, late_s, wanted_bps=sum(wants_bps), observers=len(wants_bps))
+        self._budget.limit_observers(self._late_loop.most_bps)
 
     @property
     def has_room(self) -> bool:
