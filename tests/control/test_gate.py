@@ -497,3 +497,25 @@ def test_limits_that_are_no_numbers(wrong: float, part: str) -> None:
     curve, _ = offer(ready(), command(11, 101.02, linear=1.0, angular=0.5))
     setpoint = decide(curve, 101.1, rules=replace(RULES, limits=limits))
     assert setpoint == Setpoint(reason=NO_LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("twist", "passes"),
+    [
+        (Twist(-0.8, 2.0), True),
+        (Twist(0.0, 2.0, -0.4), True),
+        (Twist(0.8, 0.0, 0.4 * math.sqrt(2e-9)), True),  # longer by 1e-9, as rounding makes it
+        (Twist(0.8, 0.0, 0.01), False),
+        (Twist(0.6, 0.0, -0.3), False),
+        (Twist(0.0, 2.01), False),
+    ],
+)
+def test_what_comes_out_is_judged_anew(
+    twist: Twist, passes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever the speed was calculated to be, no more than the limits passes in any direction."""
+    monkeypatch.setattr(gate.speed, "twist", lambda *_: (twist, None))
+    ahead, _ = offer(ready(), command(11, 101.02, linear=1.0))
+    setpoint = decide(ahead, 101.1)
+    assert setpoint.twist == (twist if passes else STANDSTILL)
+    assert setpoint.reason == (None if passes else NO_LIMITS)

@@ -102,10 +102,10 @@ def test_the_limit_sideways_is_the_robots_own() -> None:
     assert astuple(twist) == pytest.approx((-0.8 / math.sqrt(2), 1.0, 0.4 / math.sqrt(2)))
     assert why is None
     rules = replace(RULES, limits=replace(RULES.limits, lateral_mps=0.0))
-    for most in (1.0, 0.25):
-        wheeled = speed.twist(diagonal, VideoFreshness.CLEAR, TTL_S, rules, most)
-        assert wheeled == speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, rules, most)
-        assert speed.share(diagonal, wheeled[0], rules) == pytest.approx(most)
+    for most, whose in ((1.0, None), (0.25, Limit.BY_HOST)):
+        wheeled, why = speed.twist(diagonal, VideoFreshness.CLEAR, TTL_S, rules, most)
+        assert (wheeled, why) == (Twist(-0.8, 1.0).scaled(most), whose)
+        assert speed.share(diagonal, wheeled, rules) == pytest.approx(most)
 
 
 def test_fine() -> None:
@@ -118,6 +118,8 @@ def test_the_host_limits_the_speed() -> None:
     """Above the host's fraction both speeds are scaled alike; below it nothing changes."""
     twist, why = speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, RULES, 0.25)
     assert (twist, why) == (Twist(-0.2, 0.25), Limit.BY_HOST)
+    half = replace(FULL, linear=-0.5, angular=0.25)
+    assert speed.twist(half, VideoFreshness.CLEAR, TTL_S, RULES, 0.25)[0] == twist
     slow = replace(FULL, linear=0.2, angular=0.1)
     assert speed.twist(slow, VideoFreshness.CLEAR, TTL_S, RULES, 0.25)[1] is None
     late, why = speed.twist(FULL, VideoFreshness.LATE, TTL_S, RULES, 0.25)

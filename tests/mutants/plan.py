@@ -28,7 +28,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "command_freshness": ("test_command_freshness", *_GATE),
     "driving_view": ("test_driving_view",),
     "gate": ("test_picture_clock", *_GATE),
-    "local_hand": ("test_local_hand", "test_local_hand_properties"),
+    "local_hand": ("test_rules", "test_local_hand", "test_local_hand_properties"),
     "loop": _LOOP,
     "loop_timer": ("test_loop_timer", *_LOOP),
     "operator_delay": ("test_operator_delay", *_LOOP),

@@ -104,6 +104,13 @@ def without(key: str) -> dict[str, object]:
     return {name: value for name, value in MOVE.model_dump().items() if name != key}
 
 
+def test_a_move_without_a_speed_sideways_has_none() -> None:
+    """A set-point that says nothing of it moves the robot ahead and round only."""
+    read = decode_message(json.dumps(without("lateral_mps")).encode())
+    assert isinstance(read, Move)
+    assert read.lateral_mps == 0.0
+
+
 WRONG = {
     "nothing": b"",
     "no JSON": b"halt",
