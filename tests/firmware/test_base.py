@@ -287,3 +287,31 @@ def test_the_slowest_ramp_keeps_its_direction_too(kind: Kind) -> None:
         bench.say(MoveBody(3, 3, 0), ttl_ms=1000)
         bench.wait(900)
     assert bench.core.wheels_mmps == wheels(kind, MoveBody(3, 3, 0))
+
+
+@pytest.mark.parametrize("step_ms", [1, 5])
+def test_a_slow_ramp_is_rounded_to_the_nearest(step_ms: int) -> None:
+    """Each step adds what is due to each part, at most half a micrometre a second off."""
+    bench = of(Kind.MECANUM, acceleration_mmps2=10, fastest_mmps=32_767)
+    start_ms = bench.now_ms
+    for _ in range(9):
+        bench.say(MoveBody(9640, 2650, 0), ttl_ms=1000)
+        for _ in range(999 // step_ms):
+            bench.now_ms += step_ms
+            bench.core.tick(bench.now_ms)
+    passed_ms = bench.now_ms - start_ms
+    ahead, left, _ = motion(Kind.MECANUM, bench.core.wheels_mmps)
+    least_mmps = 1 + passed_ms / step_ms * 0.5 / 1000
+    assert ahead == pytest.approx(passed_ms * 0.00964, abs=least_mmps)
+    assert left == pytest.approx(passed_ms * 0.00265, abs=least_mmps)
+
+
+@both
+def test_what_is_left_of_a_step_is_used(kind: Kind) -> None:
+    """A step that needs only a part of its time to brake accelerates in the rest."""
+    bench = of(kind)
+    bench.say(MoveBody(50, 0, 0))
+    bench.wait(1)
+    bench.say(MoveBody(0, 50, 0))
+    bench.wait(1)
+    assert bench.core.wheels_mmps == wheels(kind, MoveBody(0, 50, 0))

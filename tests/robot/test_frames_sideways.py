@@ -54,9 +54,9 @@ def test_a_board_that_can_is_sent_moves() -> None:
     assert dialect.answers(1.0)
     assert robot.hear(dialect.data_to_send(DIAGONAL, 1.0)[0]) == [MoveBody(424, -300, -500)]
     assert (robot.heard[-1].turn, robot.heard[-1].ttl_ms) == (1, 200)
-    ahead = Order(Twist(0.6), 2, (("pan", 1.0),))
-    told = robot.hear(dialect.data_to_send(ahead, 1.01)[0])
-    assert told == [StopBody(), MoveBody(600, 0, 0), AxisBody(0, 10_000)]
+    curve = Order(Twist(0.6, 1.5), 2, (("pan", 1.0),))
+    told = robot.hear(dialect.data_to_send(curve, 1.01)[0])
+    assert told == [StopBody(), MoveBody(600, 0, 1500), AxisBody(0, 10_000)]
     assert robot.hear(dialect.data_to_send(Order(STANDSTILL, 2), 1.02)[0]) == [StopBody()]
 
 
@@ -98,9 +98,9 @@ def test_a_board_that_can_no_longer_is_greeted_anew() -> None:
 def test_a_board_that_falls_silent_does_not_answer() -> None:
     """What it could not do is no longer the problem half a second later."""
     dialect, robot = greeted(0)
-    robot.hear(dialect.data_to_send(DIAGONAL, 1.49)[0])
+    robot.hear(dialect.data_to_send(DIAGONAL, 1.4)[0])
     assert dialect.complaint("/dev/x").code == "robot.not_sideways_on"
-    robot.hear(dialect.data_to_send(DIAGONAL, 1.6)[0])
+    robot.hear(dialect.data_to_send(DIAGONAL, 1.5)[0])
     assert dialect.complaint("/dev/x").code == "robot.no_answer_on"
     dialect, robot = greeted(0)
     dialect.hello(1.1)
