@@ -199,6 +199,24 @@ def test_a_pressed_bumper_stops_the_way_there_sideways(kind: Kind) -> None:
             assert bench.stands == bool(bumper & mask), (body, bumper)
 
 
+@both
+@pytest.mark.parametrize(
+    ("there", "bumper", "away"),
+    [(MoveBody(0, 100, 0), 4, MoveBody(0, -100, 0)), (MoveBody(100, 0, 0), 1, MoveBody(0, 0, 500))],
+)
+def test_a_robot_leaves_what_it_has_touched(
+    kind: Kind, there: MoveBody, bumper: int, away: MoveBody
+) -> None:
+    """A bumper that is still pressed blocks only the way that is asked for now."""
+    bench = of(kind)
+    bench.say(there, ttl_ms=1000)
+    bench.wait(50, bumpers=bumper)
+    assert bench.stands
+    bench.say(away, ttl_ms=1000)
+    bench.wait(50, bumpers=bumper)
+    assert not bench.stands
+
+
 # --- the way to another motion --------------------------------------------------------------
 
 SOFT = {"acceleration_mmps2": 2500, "braking_mmps2": 1000}

@@ -20,14 +20,13 @@ void turn(Kind kind, const int32_t *parts, int32_t *wheels) {
     wheels[0] = part - aside / 2 - spin;
     wheels[1] = part + aside / 2 + spin;
     wheels[2] = aside - spin;
-    wheels[3] = 0;
 }
 
 // Slow all parts by one factor, so that the robot keeps its direction and its curve.
 void fit(const Base &base, int32_t *parts) {
     while (size_of(parts[2]) > INT32_MAX / 4)  // or a sum of the three were too large
         for (uint8_t at = 0; at < PARTS; ++at) parts[at] /= 2;
-    int32_t wheels[MAX_WHEELS];
+    int32_t wheels[MAX_WHEELS] = {};
     turn(base.kind, parts, wheels);
     const int32_t fastest = base.fastest_mmps * INT32_C(1000);
     int32_t largest = fastest;
