@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, get_args
 import pytest
 from tests.control.rules import RULES, VOUCHED
 
-from wax.control import gate
+from wax.control import gate, speed
 from wax.control.command import Command
 from wax.control.gate import GateState, Setpoint
 from wax.control.reasons import (
@@ -514,7 +514,7 @@ def test_what_comes_out_is_judged_anew(
     twist: Twist, passes: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whatever the speed was calculated to be, no more than the limits passes in any direction."""
-    monkeypatch.setattr(gate.speed, "twist", lambda *_: (twist, None))
+    monkeypatch.setattr(speed, "twist", lambda *_: (twist, None))
     ahead, _ = offer(ready(), command(11, 101.02, linear=1.0))
     setpoint = decide(ahead, 101.1)
     assert setpoint.twist == (twist if passes else STANDSTILL)

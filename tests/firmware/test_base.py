@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.firmware.core import Kind, Verdict
 from tests.firmware.core_bench import AHEAD, SESSION, Bench
@@ -61,6 +61,7 @@ def test_an_old_servers_drive_moves_it_as_two_sides(kind: Kind) -> None:
 
 @both
 @given(st.builds(MoveBody, int16, int16, int16), st.integers(1, 32_767), st.integers(0, 65_535))
+@example(MoveBody(32_767, 32_767, 32_767), 32_767, 65_535)
 def test_what_is_too_fast_is_slowed_as_a_whole(
     kind: Kind, body: MoveBody, fastest: int, arm_mm: int
 ) -> None:
