@@ -91,7 +91,7 @@ from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
 
 class Robot:
     kind = "wooden"
-    limits = Limits(1.0, 1.5)
+    limits = Limits(1.0, 1.5, ("pan",), 0.2, 0.12, ())
     def __init__(self, settings, clock): self.told = []
     def open(self): pass
     def apply(self, twist, turn):

@@ -64,6 +64,19 @@ class Answering(Mine):
     silent_s: ClassVar[float | None] = 0.2
 
 
+@pytest.mark.parametrize("can", [False, True])
+def test_only_a_class_that_says_so_moves_sideways(*, can: bool) -> None:
+    """Any other has no speed sideways, whatever the configuration asks for."""
+
+    class Omni(Mine):
+        moves_sideways: ClassVar[bool] = can
+
+        def __init__(self) -> None:
+            SteadyRobot.__init__(self, RobotSettings(driver="mine", base="omni"), SystemClock())
+
+    assert Omni().limits.lateral_mps == (0.6 if can else 0.0)
+
+
 @pytest.mark.system
 class TestSteady(InMemory):
     made: ClassVar[type[Mine]] = Mine
