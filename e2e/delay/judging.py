@@ -56,8 +56,9 @@ class Goal:
     @property
     def key(self) -> str:
         prefix = "" if self.experiment == GOALS else f"{self.experiment}/"
-        place = f"{shown(self.profile)}{_at(self.size, '/{}')}"
-        return f"{prefix}{place}/{self.system}/{self.measure}/{self.kind}"
+        place = f"{prefix}{shown(self.profile)}"
+        place += "" if SIZES[self.size] is VGA else f"/{self.size}"
+        return f"{place}/{self.system}/{self.measure}/{self.kind}"
 
 
 def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
@@ -126,6 +127,11 @@ def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
         (profile, drives_it, measure, at_most, {"size": "1280x720", **more})
         for profile, measure, at_most, more in large
     )
+    film: Any = {"size": "1280x720-film", **sharp}
+    asked += tuple(
+        (profile, drives_it, "sharpness_ssim", None, film)
+        for profile in ("internet-5m", "wireless-1m")
+    )
     for profile, system, measure, at_most, more in asked:
         yield Goal(profile, system, measure, at_most, **more)
     for profile in ("wireless-2m", "lte-good"):
@@ -193,8 +199,8 @@ def judge(goal: Goal, cells: Sequence[Found]) -> Row:
 
 
 def _what(goal: Goal) -> str:
-    size = _at(goal.size, " at {}").replace("x", "×")
-    what = f"{shown(goal.profile)}{size}, {_WHO[goal.system]}: {MEASURES[goal.measure][0]}"
+    where = f"{shown(goal.profile)}{SIZES[goal.size].label}"
+    what = f"{where}, {_WHO[goal.system]}: {MEASURES[goal.measure][0]}"
     if goal.kind == "crowd":
         what += ", added by the crowd"
     if not goal.of:
@@ -205,11 +211,6 @@ def _what(goal: Goal) -> str:
     factor = "" if goal.times == 1 else f"{goal.times:.3g} × "
     more = f" + {goal.plus:g}" if goal.plus else ""
     return f"{what} ({sign} {factor}{whose}{more})"
-
-
-def _at(size: SizeName, form: str) -> str:
-    """Return a size in this form, unless it is the usual one."""
-    return "" if SIZES[size] is VGA else form.format(size)
 
 
 def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:

@@ -48,12 +48,15 @@ class Planned:
 
 _MODEM: Final[dict[str, Any]] = {"drives": True, "seconds": 20.0}
 _LARGE: Final[dict[str, Any]] = {"size": "1280x720"}
+_FILM: Final[dict[str, Any]] = {"size": "1280x720-film"}
 _OURS: Final[tuple[tuple[Any, ...], ...]] = (
     ("same-machine", "operator"),
     ("same-machine", "audio-master"),
     ("same-machine", "operator", _LARGE),
     ("internet-5m", "operator"),
     ("internet-5m", "operator", _LARGE),
+    ("internet-5m", "operator", _FILM),
+    ("wireless-1m", "operator", _FILM),
     ("internet-5m", "audio-master"),
     ("wireless-1m", "operator"),
     ("wireless-1m", "audio-master"),
@@ -71,6 +74,7 @@ _OURS: Final[tuple[tuple[Any, ...], ...]] = (
 _BESIDE: Final[tuple[tuple[Any, ...], ...]] = (
     *product(("same-machine", "internet-5m"), ("thesis", *PEERS)),
     *product(("same-machine", "internet-5m"), PEERS, (_LARGE,)),
+    *product(("internet-5m", "wireless-1m"), PEERS, (_FILM,)),
     ("same-machine", "operator", {"player": "browser"}),
     ("wireless-1m", "thesis"),
     *product(("wireless-1m",), PEERS),

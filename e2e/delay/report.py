@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from e2e.delay.judging import found
 from e2e.delay.measures import MEASURES
-from e2e.delay.names import AGE, GIVEN, LINKS, SYSTEMS, profile, shown
+from e2e.delay.names import AGE, ARRIVAL, GIVEN, LINKS, SHARPNESS, SYSTEMS, profile, shown
 from e2e.delay.thesis import words
 from e2e.measure.command import OUT
 from e2e.measure.results import Results
@@ -29,7 +29,13 @@ def lines(results: Sequence[Result]) -> Iterator[str]:
     cells = found(row for result in results for row in result.rows)
     if results:
         yield f"Commit {results[-1].origin.commit}, {results[-1].origin.machine}."
-    yield from (AGE, *GIVEN, *(f"{one.case}: {one.problem}" for one in results if one.problem))
+    yield from (
+        AGE,
+        SHARPNESS,
+        ARRIVAL,
+        *GIVEN,
+        *(f"{one.case}: {one.problem}" for one in results if one.problem),
+    )
     names = {one.cell.profile for one in cells}
     for name in sorted(names, key=lambda one: (*LINKS, one).index(one)):
         yield f"\n{shown(name)}: {profile(name).about}"

@@ -1,4 +1,4 @@
-"""The suite: how old picture, sound and commands are, and how far apart, on each kind of link."""
+"""The suite: how old picture, sound and commands are, how far apart, and how sharp the picture."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ def _timed(by_key: dict[str, Row], but: Sequence[str]) -> Iterator[Row]:
 
 SUITE: Final = Suite(
     name="delay",
-    about="Measure how old picture, sound and commands are on each kind of link, beside peers.",
+    about="Measure how old picture, sound and commands are on each kind of link, and how sharp the "
+    "picture is, beside peers.",
     measures=(*SERVER, *PAGE, "web/src/**/*.css", "web/index.html", *FIRMWARE),
     columns=COLUMNS,
     cases=(

@@ -118,13 +118,13 @@ async def _watch(
                 values["crowd_least_per_s"] = await others()
         else:
             problem = f"there was no picture within {within_s:.0f} s"
-            values["sharpness_ssim"] = 0.0
+            values["sharpness_ssim"] = 0.0  # nothing is like the source
         readings = await instrument.readings()
         after = await link.statistics()
         delivered = after.delivered - before.delivered
         late = after.late - before.late
         values["link_late_percent"] = 100 * late / delivered if delivered else 0.0
-        values |= sharpness(await instrument.looks(), readings.pictures, cell.given[:2])
+        values |= sharpness(await instrument.looks(), readings.pictures, cell.given)
     values |= measured(cell, readings, settle_s, began_ms)
     detail: dict[str, object] = {"problem": problem} if problem else {}
     return values, detail

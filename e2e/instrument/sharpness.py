@@ -1,11 +1,11 @@
 """How near the presented picture is to the source: SSIM and PSNR of what stands on the page.
 
 A page is looked at in even steps, so a picture counts for as long as it stands. What stands there
-is enlarged to the source's size as a browser does it, bilinearly, and compared with the test card,
-the moving texture below its cells. A fresh picture is compared with the card of its own stamp: this
-is about blur, age has figures of its own. A picture that stands for longer than `FROZEN_MS`, or
-whose stamp cannot be read any more, is compared with the card of the moment of the look: what
-is seen is not what is there.
+is enlarged to the source's size as a browser does it, bilinearly, and compared with the test card
+below its cells: the moving texture, or the film. A fresh picture is compared with the card of its
+own stamp, since this is about blur, and age has figures of its own. A picture that stands for
+longer than `FROZEN_MS`, or whose stamp cannot be read any more, is compared with the card of the
+moment of the look: what is seen is not what is there.
 """
 
 from __future__ import annotations
@@ -18,16 +18,15 @@ import numpy as np
 from tests.capture.card_reader import read_stamp
 
 from e2e.instrument.stamps import whole_ms
-from wax.capture.testcard import ROWS, TestCardVideo
-from wax.clock import SystemClock
-from wax.config.video import VideoSettings
+from wax.capture.testcard import ROWS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
     from e2e.delay.readings import Pictures
+    from e2e.peers.sizes import Size
 
 FROZEN_MS: Final = 200.0
 _WINDOW: Final = ((11, 11), 1.5)
@@ -44,8 +43,8 @@ class Look(NamedTuple):
     luma: NDArray[np.uint8]
 
 
-def sharpness(looks: Sequence[Look], pictures: Pictures, size: tuple[int, int]) -> dict[str, float]:
-    """Return the figures, means over the looks, for a source of this width and height.
+def sharpness(looks: Sequence[Look], pictures: Pictures, size: Size) -> dict[str, float]:
+    """Return the figures, means over the looks, for a source of this size.
 
     `pictures` tell since when a picture stands. Without looks there is no figure.
     """
@@ -54,16 +53,17 @@ def sharpness(looks: Sequence[Look], pictures: Pictures, size: tuple[int, int]) 
     since_ms: dict[float | None, float] = {}
     for stamp_ms, at_ms in zip(pictures.stamp_ms, pictures.at_ms, strict=True):
         since_ms.setdefault(stamp_ms, at_ms)
-    card = _card(size)
-    below = -(-size[1] * ROWS // 15)
+    card = size.camera()
+    card.open()
+    below = ROWS * size.height // 15
     pairs = []
     for at_ms, luma in looks:
         stamp40_ms = read_stamp(luma)
         own_ms = None if stamp40_ms is None else whole_ms(stamp40_ms, at_ms)
         is_fresh = own_ms is not None and at_ms - since_ms.get(own_ms, at_ms) <= FROZEN_MS
-        source = card(math.floor(own_ms if own_ms is not None and is_fresh else at_ms))
-        seen = cv2.resize(luma, size, interpolation=cv2.INTER_LINEAR)
-        pairs.append((source[below:], seen[below:].astype(np.uint8)))
+        source = card.draw(math.floor(own_ms if own_ms is not None and is_fresh else at_ms))
+        seen = cv2.resize(luma, size[:2], interpolation=cv2.INTER_LINEAR)
+        pairs.append((source[below : size.height], seen[below:].astype(np.uint8)))
     error = np.mean([_mean_square(*pair) for pair in pairs])
     return {
         "sharpness_ssim": float(np.mean([ssim(*pair) for pair in pairs])),
@@ -88,11 +88,3 @@ def ssim(one: NDArray[np.uint8], two: NDArray[np.uint8]) -> float:
 
 def _mean_square(one: NDArray[np.uint8], two: NDArray[np.uint8]) -> float:
     return float(np.mean(np.square(one.astype(np.float32) - two)))
-
-
-def _card(size: tuple[int, int]) -> Callable[[int], NDArray[np.uint8]]:
-    """Return what draws the luma of the card of a moment, Unix ms."""
-    width, height = size
-    source = TestCardVideo(VideoSettings(width=width, height=height), SystemClock())
-    source.open()
-    return lambda wall_ms: source.draw(wall_ms)[:height]

@@ -13,14 +13,13 @@ from e2e.delay.readings import Pictures
 from e2e.instrument.instrument import Instrument
 from e2e.instrument.sharpness import FROZEN_MS, Look, sharpness, ssim
 from e2e.measure.ear import Ear
-from wax.capture.testcard import TestCardVideo
-from wax.clock import SystemClock
-from wax.config.video import VideoSettings
+from e2e.peers.film import FilmCard
+from e2e.peers.sizes import VGA, Size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-SIZE = (640, 480)
+SIZE = VGA[:2]
 STAMP_MS = 1_795_249_152_112
 AGE_MS = 500.0
 SHOWN = Pictures(
@@ -32,14 +31,14 @@ SHOWN = Pictures(
 )
 
 
-def card(wall_ms: int = STAMP_MS) -> NDArray[np.uint8]:
-    source = TestCardVideo(VideoSettings(width=SIZE[0], height=SIZE[1]), SystemClock())
+def card(size: Size = VGA) -> NDArray[np.uint8]:
+    source = size.camera()
     source.open()
-    return source.draw(wall_ms)[: SIZE[1]]
+    return source.draw(STAMP_MS)[: size.height]
 
 
-def figures(luma: NDArray[np.uint8], stood_ms: float = 0.0) -> tuple[float, float]:
-    found = sharpness([Look(STAMP_MS + AGE_MS + stood_ms, luma)], SHOWN, SIZE)
+def figures(luma: NDArray[np.uint8], stood_ms: float = 0.0, of: Size = VGA) -> tuple[float, float]:
+    found = sharpness([Look(STAMP_MS + AGE_MS + stood_ms, luma)], SHOWN, of)
     return found["sharpness_ssim"], found["sharpness_psnr_db"]
 
 
@@ -86,7 +85,15 @@ def test_a_picture_that_stands_is_compared_with_what_there_is() -> None:
     lost = card().copy()
     lost[: SIZE[1] // 5] = 128
     assert figures(lost)[0] < 0.5
-    assert sharpness([], SHOWN, SIZE) == {}
+    assert sharpness([], SHOWN, VGA) == {}
+
+
+def test_a_film_is_compared_with_itself() -> None:
+    """It has the card's stamp, another picture than the texture, and another one a second later."""
+    film = Size(*SIZE, bitrate_bps=1_000_000, card=FilmCard)
+    assert figures(card(film), of=film) == pytest.approx((1, 58.92), abs=0.01)
+    assert figures(card(film))[0] < 0.5
+    assert figures(card(film), 1000.0, film)[0] < 0.9
 
 
 async def test_rows_of_the_page_lose_their_padding() -> None:

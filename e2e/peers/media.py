@@ -18,12 +18,11 @@ import numpy as np
 from aiortc import MediaStreamTrack
 from av import AudioFrame, VideoFrame
 
-from e2e.peers.sizes import FPS, VGA
+from e2e.peers.sizes import VGA
 from wax.capture.source import SAMPLE_RATE_HZ
-from wax.capture.testcard import TestCardAudio, TestCardVideo
+from wax.capture.testcard import TestCardAudio
 from wax.clock import SystemClock
 from wax.config.audio import AudioSettings
-from wax.config.video import VideoSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,10 +36,8 @@ VIDEO_CLOCK_HZ: Final = 90_000
 @contextmanager
 def sources(size: Size = VGA) -> Iterator[tuple[VideoSource, AudioSource]]:
     """Open the test card."""
-    clock = SystemClock()
-    given = VideoSettings(source="testcard", width=size.width, height=size.height, fps=FPS)
-    camera = TestCardVideo(given, clock)
-    microphone = TestCardAudio(AudioSettings(source="testcard", channels=1), clock)
+    camera = size.camera()
+    microphone = TestCardAudio(AudioSettings(source="testcard", channels=1), SystemClock())
     with ExitStack() as opened:
         for source in (camera, microphone):
             source.open()

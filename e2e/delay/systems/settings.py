@@ -58,6 +58,7 @@ def _video(size: Size) -> dict[str, Any]:
     """Return the keys of a camera of this size, and of its ladder."""
     steps = ((1, FPS, size.bitrate_bps), *_LOWER)
     return {
+        "source": size.source,
         "width": size.width,
         "height": size.height,
         "renditions": [

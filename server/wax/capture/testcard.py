@@ -73,7 +73,7 @@ class TestCardVideo:
     def __init__(
         self, settings: VideoSettings, clock: Clock, *, sleep: Callable[[float], None] = time.sleep
     ) -> None:
-        self._width, self._height = settings.upright_size
+        self.width, self.height = settings.upright_size
         self._fps = settings.fps
         self._clock = clock
         self._sleep = sleep
@@ -82,7 +82,7 @@ class TestCardVideo:
         self._tile: NDArray[np.uint8] | None = None
 
     def open(self) -> None:
-        self._tile = _texture(self._width, self._height)
+        self._tile = _texture(self.width, self.height)
         self._start_s = self._clock.now_s()
         self._frame = 0
 
@@ -101,30 +101,36 @@ class TestCardVideo:
 
     def draw(self, wall_ms: int) -> NDArray[np.uint8]:
         """Return the card of this moment, which depends on nothing else: I420, when opened."""
+        i420 = self.paint(wall_ms)
+        luma, *chroma = planes(i420)
+        top = ROWS * self.height // 15
+        luma[:top] = _cells(wall_ms, self.width, top)
+        for plane in chroma:
+            plane[: top // 2 + 1] = 128
+        return i420
+
+    def paint(self, wall_ms: int) -> NDArray[np.uint8]:
+        """Return what is below the cells, and anything under them."""
         if self._tile is None:
             raise RuntimeError("read before open")
-        width, height, tile = self._width, self._height, self._tile
+        width, height, tile = self.width, self.height, self._tile
         i420 = np.empty((height * 3 // 2, width), np.uint8)
         luma, *chroma = planes(i420)
-        top = ROWS * height // 15
         # Two layers that drift apart: no motion vector describes their sum, so the encoder works.
         first = _window(tile, wall_ms // 17, wall_ms // 41, width, height)
         second = _window(tile, -wall_ms // 29, wall_ms // 13, width, height)
         cv2.addWeighted(first, 0.5, second, 0.5, 0.0, dst=luma)
         chroma[0][:] = _window(tile, wall_ms // 23, 0, width // 2, height // 2)
         chroma[1][:] = _window(tile, 0, -wall_ms // 31, width // 2, height // 2)
-        for plane in chroma:
-            plane[: top // 2 + 1] = 128
         self._draw_bars(luma[height * 2 // 5 :], wall_ms)
-        luma[:top] = _cells(wall_ms, width, top)
         draw_text(luma, wall_text(wall_ms), bottom=height * 2 // 3)
         return i420
 
     def _draw_bars(self, luma: NDArray[np.uint8], wall_ms: int) -> None:
         """Draw a white and a dark bar that cross the picture in 4 and 3 s."""
-        bar = max(2, self._width // 40)
+        bar = max(2, self.width // 40)
         for grey, period_ms in ((_WHITE, 4000), (_BLACK, 3000)):
-            left = wall_ms % period_ms * (self._width - bar) // period_ms
+            left = wall_ms % period_ms * (self.width - bar) // period_ms
             luma[:, left : left + bar] = grey
 
 
