@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.systems.served import PORT
 from e2e.harness.toml import MANY_PLAYED_BY_ONE, MEDIA, PICTURE, merged
-from e2e.peers.sizes import FPS, VGA
+from e2e.peers.sizes import VGA
 
 if TYPE_CHECKING:
     from e2e.delay.cell import Cell
-    from e2e.peers.sizes import Size
 
 THESIS: Final = Path(__file__).parents[3] / "config" / "thesis.toml"
 
@@ -21,9 +20,6 @@ TURN_S: Final = 3600.0
 
 DRIVES_HZ: Final = 20.0
 """Set-points a second where a cell drives: the rate that the goal of the modem line names."""
-
-_LOWER: Final = ((2, FPS, 700_000), (4, FPS, 250_000), (8, 15, 50_000))
-"""Below the largest picture: which part of its width and height, pictures and bits a second."""
 
 
 def settings(cell: Cell) -> dict[str, Any]:
@@ -34,7 +30,8 @@ def settings(cell: Cell) -> dict[str, Any]:
         "turns": {"turn_s": TURN_S},
     }
     if cell.given is not VGA:
-        tree["video"] = {**tree["video"], **_video(cell.given)}
+        size = cell.given
+        tree["video"] = {"source": size.source, "width": size.width, "height": size.height}
     if cell.player != "auto":
         tree["sync"] = {role: {"player": cell.player} for role in ("operator", "observer")}
     for_all = merged(PICTURE, MANY_PLAYED_BY_ONE, tree)
@@ -52,22 +49,3 @@ def settings(cell: Cell) -> dict[str, Any]:
                 return tree
             return merged(tree, {"thesis": {"audio_mu_ms": cell.audio_mu_ms}})
     return for_all
-
-
-def _video(size: Size) -> dict[str, Any]:
-    """Return the keys of a camera of this size, and of its ladder."""
-    steps = ((1, FPS, size.bitrate_bps), *_LOWER)
-    return {
-        "source": size.source,
-        "width": size.width,
-        "height": size.height,
-        "renditions": [
-            {
-                "width": size.width // part,
-                "height": size.height // part,
-                "fps": fps,
-                "bitrate_bps": bitrate_bps,
-            }
-            for part, fps, bitrate_bps in steps
-        ],
-    }
