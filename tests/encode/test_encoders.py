@@ -21,7 +21,13 @@ from wax.capture.letterbox import black, planes
 from wax.capture.source import Picture
 from wax.config.video import RenditionSettings
 from wax.encode.hardware import HardwareEncoder
-from wax.encode.video_encoder import IntraEncoder, PictureEncoder, VideoEncoder, resize_i420
+from wax.encode.video_encoder import (
+    IntraEncoder,
+    PictureEncoder,
+    VideoEncoder,
+    frame_of,
+    resize_i420,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -220,6 +226,26 @@ def test_resize_keeps_each_plane() -> None:
     assert (small[48:60] == 90).all()
     assert (small[60:] == 30).all()
     assert resize_i420(i420, 160, 120) is i420
+
+
+@pytest.mark.parametrize(("width", "height"), [(320, 180), (160, 90), (60, 34), (640, 90)])
+def test_a_much_smaller_picture_has_the_mean_of_all_pixels(width: int, height: int) -> None:
+    """However it is scaled, each pixel weighs the same: a checkerboard becomes grey."""
+    i420 = (np.indices((1080, 1280)).sum(axis=0) % 2 * 200).astype(np.uint8)
+    small = resize_i420(i420, width, height)
+    assert small.shape == (height * 3 // 2, width)
+    assert np.abs(small.astype(int) - 100).max() <= 8
+
+
+@pytest.mark.parametrize("height", [32, 34])
+def test_no_picture_is_copied_for_its_encoder(height: int) -> None:
+    """A frame refers to the picture's own array where PyAV can, and is the same where it cannot."""
+    picture = Picture(np.arange(height * 48, dtype=np.uint8).reshape(height * 3 // 2, 32), 1.0)
+    rendition = RenditionSettings(width=32, height=height, fps=30, bitrate_bps=400_000)
+    frame = frame_of(picture, rendition)
+    assert np.array_equal(frame.to_ndarray(), picture.i420)
+    picture.i420[0, 0] += 1
+    assert (frame.to_ndarray()[0, 0] == picture.i420[0, 0]) == (height % 4 == 0)
 
 
 EVEN = st.integers(16, 100).map(lambda half: 2 * half)

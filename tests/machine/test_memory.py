@@ -48,8 +48,8 @@ print((psutil.Process().memory_info().rss - before) // mib)
 @pytest.mark.parametrize(
     ("size", "does", "kept_mib"),
     [
-        (2**20, "returns", range(4)),
-        (2**20, "", range(60, 68)),
+        (2**23, "returns", range(4)),
+        (2**23, "", range(60, 68)),
         (2**16, "gives", range(12)),
         (2**16, "returns", range(60, 72)),  # a page of each of the 1,024 small ones is 4 MiB
     ],

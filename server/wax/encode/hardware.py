@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final
 import av
 from av.codec.codec import UnknownCodecError
 from av.error import FFmpegError
-from av.video.frame import PictureType, VideoFrame
+from av.video.frame import PictureType
 
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 from wax.encode.parameter_sets import ParameterSets
-from wax.encode.video_encoder import declare_colours, resize_i420
+from wax.encode.video_encoder import declare_colours, frame_of
 from wax.errors import reason_of
 
 if TYPE_CHECKING:
@@ -118,8 +118,7 @@ class HardwareEncoder:
         if pts <= self._newest_pts:
             return None
         self._newest_pts = pts
-        i420 = resize_i420(picture.i420, self._rendition.width, self._rendition.height)
-        frame = VideoFrame.from_ndarray(i420, format="yuv420p")
+        frame = frame_of(picture, self._rendition)
         if self._pixels != "yuv420p":
             frame = frame.reformat(format=self._pixels)
         frame.pts = pts

@@ -148,13 +148,20 @@ def _encode(
     kind: PictureType,
 ) -> bytes:
     """Return the encoded picture, empty if the encoder dropped it."""
-    frame = VideoFrame.from_ndarray(
-        resize_i420(picture.i420, rendition.width, rendition.height), format="yuv420p"
-    )
+    frame = frame_of(picture, rendition)
     frame.pts = pts
     frame.time_base = VIDEO_TIME_BASE
     frame.pict_type = kind
     return b"".join(bytes(packet) for packet in context.encode(frame))
+
+
+def frame_of(picture: Picture, rendition: RenditionSettings) -> VideoFrame:
+    """Return the picture in the rendition's size; do not change its array while this is in use."""
+    i420 = np.ascontiguousarray(resize_i420(picture.i420, rendition.width, rendition.height))
+    # Without a copy PyAV takes only whole fours of rows, and would cut off the others.
+    if rendition.height % 4:
+        return VideoFrame.from_ndarray(i420, format="yuv420p")
+    return VideoFrame.from_numpy_buffer(i420, format="yuv420p")
 
 
 def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
@@ -166,11 +173,22 @@ def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.
     old_height = i420.shape[0] * 2 // 3
     if (old_width, old_height) == (width, height):
         return i420
-    shrink = cv2.INTER_AREA if width < old_width else cv2.INTER_LINEAR
     resized = np.empty((height * 3 // 2, width), np.uint8)
     for plane, target in zip(planes(np.ascontiguousarray(i420)), planes(resized), strict=True):
-        cv2.resize(plane, target.shape[::-1], dst=target, interpolation=shrink)
+        _scale(plane, target)
     return resized
+
+
+def _scale(plane: NDArray[np.uint8], target: NDArray[np.uint8]) -> None:
+    (height, width), (new_height, new_width) = plane.shape, target.shape
+    if height >= 4 * new_height and width >= 4 * new_width:
+        # OpenCV halves a picture in a tenth of the time in which it quarters one.
+        half = np.empty((height // 2, width // 2), np.uint8)
+        cv2.resize(plane, half.shape[::-1], dst=half, interpolation=cv2.INTER_AREA)
+        _scale(half, target)
+    else:
+        way = cv2.INTER_AREA if new_width < width else cv2.INTER_LINEAR
+        cv2.resize(plane, (new_width, new_height), dst=target, interpolation=way)
 
 
 def _vp8(rendition: RenditionSettings) -> av.VideoCodecContext:

@@ -17,9 +17,9 @@ _COLLECTIONS_PER_TRIM: Final = 50
 _M_TRIM_THRESHOLD: Final = -1
 _M_MMAP_THRESHOLD: Final = -3
 """From glibc's malloc.h."""
-_LARGE_OCTETS: Final = 512 * 1024
-"""Above a raw picture of 640×480, which is allocated for each frame and should stay in the heap;
-below an encoder's buffers."""
+_LARGE_OCTETS: Final = 4 * 1024 * 1024
+"""Above a raw picture of 1920×1080, several of which are allocated for each frame: fresh pages for
+one of 1280×720 take up to 2 ms."""
 _READ_OCTETS: Final = 32 * 1024
 _TLS_READ_OCTETS: Final = 2048
 """By itself, asyncio allocates 256 KiB for each read, and keeps as much for each TLS connection.
