@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wax.driver.checks import within
-from wax.driver.interface import Pose
+from wax.driver.interface import STANDSTILL, Pose
 
 if TYPE_CHECKING:
     from wax.driver.interface import Limits, Twist
@@ -41,6 +41,8 @@ def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: floa
     `limits`. It slides along an obstacle that it meets at an angle, with the part of its speed
     that points that way.
     """
+    if target == STANDSTILL and motion == Motion(motion.pose):
+        return motion
     wanted = within(target, limits)
     asked = complex(wanted.linear_mps, wanted.lateral_mps)
     speed = complex(motion.linear_mps, motion.lateral_mps)

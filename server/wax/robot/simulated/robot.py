@@ -1,4 +1,4 @@
-"""The simulated robot's driver: the simulation, stepped by its own thread."""
+"""The simulated robot's driver: whoever looks at the simulation steps it up to now."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
 from wax.robot.simulated.motion import RADIUS_M
 from wax.robot.simulated.render import Renderer
-from wax.robot.simulated.simulation import STEP_S, Simulation
+from wax.robot.simulated.simulation import Simulation
 from wax.robot.simulated.speaker import SimulatedSpeaker
 from wax.robot.simulated.view import EYE_HEIGHT_M, FIELD_OF_VIEW_RAD, HORIZON
 
@@ -46,8 +46,7 @@ class SimulatedRobot:
         self._speaker = SimulatedSpeaker()
         self._limits = self._simulation.limits
         self._lock = threading.Lock()
-        self._closing = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._is_open = False
         self._epoch = 0
 
     @property
@@ -70,20 +69,17 @@ class SimulatedRobot:
 
     def open(self) -> None:
         """Start the simulation; no effect if already open."""
-        if self._thread is not None:
-            return
-        self._closing.clear()
         with self._lock:
-            self._simulation.start(self._clock.now_s())
-            self._epoch += 1
-        self._thread = threading.Thread(target=self._live, name="simulated robot", daemon=True)
-        self._thread.start()
+            if not self._is_open:
+                self._simulation.start(self._clock.now_s())
+                self._epoch += 1
+            self._is_open = True
 
     def apply(self, twist: Twist, turn: int) -> None:
         """Follow the newest set-point for 300 ms; before `open` this has no effect."""
         with self._lock:
             now_s = self._clock.now_s()
-            if self._thread is not None:
+            if self._is_open:
                 self._simulation.advance(now_s)
             self._simulation.apply(twist, turn, now_s)
 
@@ -97,24 +93,21 @@ class SimulatedRobot:
 
     def stop(self, turn: int) -> None:
         with self._lock:
-            if self._thread is not None:
+            if self._is_open:
                 self._simulation.advance(self._clock.now_s())
             self._simulation.stop(turn)
 
     def close(self) -> None:
-        thread, self._thread = self._thread, None
-        if thread is None:
-            return
-        self._closing.set()
-        thread.join(timeout=1.0)
         with self._lock:
-            self._simulation.start(self._clock.now_s())
+            if self._is_open:
+                self._simulation.start(self._clock.now_s())
+            self._is_open = False
 
     def state(self) -> RobotState:
         senses = self.senses()
         sideways = {"lateral_mps": senses.twist.lateral_mps} if self._limits.lateral_mps > 0 else {}
         return RobotState(
-            connected=self._thread is not None,
+            connected=self._is_open,
             epoch=self._epoch,
             pose=senses.pose,
             gauges={"motor_c": senses.motor_c},
@@ -132,7 +125,7 @@ class SimulatedRobot:
         """Return the current sensor values."""
         with self._lock:
             now_s = self._clock.now_s()
-            if self._thread is not None:
+            if self._is_open:
                 return self._simulation.advance(now_s)
             return replace(self._simulation.senses, at_s=now_s)
 
@@ -156,8 +149,3 @@ class SimulatedRobot:
         """Return its speaker, which its microphone hears."""
         del clock  # it plays as fast as the microphone reads
         return self._speaker
-
-    def _live(self) -> None:
-        while not self._closing.wait(STEP_S):
-            with self._lock:
-                self._simulation.advance(self._clock.now_s())

@@ -135,11 +135,11 @@ class Simulation:
     def advance(self, now_s: float) -> Senses:
         """Simulate in whole steps up to `now_s`; an earlier time has no effect."""
         start_s = self._senses.at_s
-        if now_s - start_s > MAX_CATCH_UP_S:
-            start_s = now_s - MAX_CATCH_UP_S
-        steps = int((now_s - start_s) / STEP_S + 1e-6)
+        steps = int(min(now_s - start_s, MAX_CATCH_UP_S) / STEP_S + 1e-6)
         for number in range(1, steps + 1):
             self._step(start_s + number * STEP_S)
+        if now_s - start_s > MAX_CATCH_UP_S:
+            self._senses = replace(self._senses, at_s=now_s)
         return self._senses
 
     def _step(self, at_s: float) -> None:
