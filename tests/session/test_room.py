@@ -30,9 +30,12 @@ from wax.fanout.batches import PORTION
 from wax.protocol import messages
 from wax.sentence import Sentence, says
 from wax.session import presence
+from wax.session import room as room_module
 from wax.session.room import Room
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from wax.rtc.peer import Peer
 
 
@@ -882,3 +885,36 @@ async def test_a_viewer_who_joins_and_leaves_without_end_is_slowed_down(rig: Rig
     rig.wait(2.1, ada, bob)
     ada.says(type="join")
     assert rig.turns.operator == 1
+
+
+async def test_rounds_are_rare_while_nobody_is_there(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One round a second runs for nobody, and all of them for a viewer."""
+    monkeypatch.setattr(room_module, "_ROUND_S", 0.0)
+    rounds: list[float] = []
+    whole = rig.room.round
+
+    def noted(now_s: float) -> Iterator[None]:
+        rounds.append(now_s)
+        return whole(now_s)
+
+    monkeypatch.setattr(rig.room, "round", noted)
+
+    async def pass_s(tenths: int) -> list[float]:
+        rounds.clear()
+        for _ in range(tenths):
+            rig.clock.time_s += 0.1
+            before = len(rounds)
+            for _ in range(10):
+                await asyncio.sleep(0)
+                if len(rounds) > before:
+                    break
+        return rounds
+
+    running = asyncio.create_task(rig.room.run())
+    await pass_s(1)
+    assert len(await pass_s(30)) in (2, 3)
+    await rig.enter("anna")
+    assert len(set(await pass_s(30))) >= 30
+    running.cancel()

@@ -374,7 +374,7 @@ class Turns:
                 events += self._turn_over(now_s)
             elif missing_s <= now_s:
                 events += self._give_up_missing(now_s)
-            elif next_events := self._start_next(now_s):
+            elif self._queue and (next_events := self._start_next(now_s)):
                 events += next_events
             else:
                 break

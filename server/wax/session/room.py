@@ -291,11 +291,16 @@ class Room:
     # --- housekeeping ----------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Detect lost links and send everybody what has changed, until cancelled."""
+        """Detect lost links and send everybody what has changed, until cancelled.
+
+        While nobody is here or in a LiveKit room, one round a second does.
+        """
         while True:
             await asyncio.sleep(_ROUND_S)
-            for _ in self.round(self._clock.now_s()):
-                await asyncio.sleep(0)
+            now_s = self._clock.now_s()
+            if len(self._viewers) or self.rooms.has_seats or now_s - self._checked_s >= _CHECK_S:
+                for _ in self.round(now_s):
+                    await asyncio.sleep(0)
 
     def round(self, now_s: float) -> Iterator[None]:
         """Run one round in short steps; rounds come at a fixed rate, whatever happens in them."""

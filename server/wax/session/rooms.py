@@ -138,6 +138,11 @@ class Rooms:
 
     # --- what falls due ----------------------------------------------------------------------
 
+    @property
+    def has_seats(self) -> bool:
+        """Whether anybody watches in a LiveKit room."""
+        return len(self._seats) > 0
+
     def round(self, now_s: float) -> None:
         """Take back expired seats, and check whether the next people may stay; cheap."""
         for over in self._seats.expire(now_s):
