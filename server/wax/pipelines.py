@@ -106,7 +106,7 @@ class Pipelines:
     def _make_live_service(self) -> None:
         settings, clock, make = self._settings, self._clock, self.encoders[0].make
         self.video = VideoHub(settings=settings.video, clock=clock, make_encoder=make)
-        self.audio = SoundHub()
+        self.audio = SoundHub(clock)
         self.service = LiveService(
             clock=clock,
             video_settings=settings.video,
@@ -142,6 +142,7 @@ class Pipelines:
                 self._handle_sound,
                 name="microphone",
                 clock=self._clock,
+                needed=self.audio.needed,
             )
         return captures
 
@@ -160,6 +161,10 @@ class Pipelines:
     def _handle_sound(self, sound: Sound) -> None:
         """Handle sound, in the microphone's thread."""
         heard = self.channel_faults.push(self._blanking.sound(sound))
+        if not self.audio.needed.is_set():
+            self.blocks.restart()
+            self.audio.skip(heard)
+            return
         for block in self.blocks.push(heard):
             self.audio.push(block)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -222,6 +223,25 @@ async def test_release_ends_it_all(rig: Rig) -> None:
     assert rig.video.wanted == []
     assert len(rig.told) == told
     assert rig.streams._timer is None
+
+
+def test_sound_is_needed_while_anybody_listens() -> None:
+    """Until somebody listens, and after the last has left, the source may rest."""
+    hub = UnitHub(mu_ms=SETTINGS.audio_mu_ms)
+    first: list[SoundUnit] = []
+    second: list[SoundUnit] = []
+    needed = [hub.needed.is_set()]
+    hub.listen(first.append, OpenFence())
+    hub.skip(Sound(np.zeros(7, np.int16), 1.0))
+    for act in (
+        partial(hub.listen, second.append, OpenFence()),
+        partial(hub.leave, first.append),
+        partial(hub.leave, second.append),
+    ):
+        needed.append(hub.needed.is_set())
+        act()
+    assert [*needed, hub.needed.is_set()] == [False, True, True, True, False]
+    assert hub.counts() == {"captured": 1, "encoded": 0}
 
 
 async def test_two_channels_are_mixed_into_the_thesiss_one() -> None:

@@ -113,6 +113,16 @@ def test_a_gap_is_filled_with_silence(gap_s: float) -> None:
     assert np.diff([block.captured_s for block in out]) == pytest.approx(0.01, abs=1e-6)
 
 
+def test_a_restart_fills_no_gap() -> None:
+    """After a restart the timeline begins with the next piece, and a part of a block is dropped."""
+    blocks = Blocks()
+    blocks.push(sound(1000, 1.0))
+    blocks.restart()
+    (block,) = blocks.push(sound(480, 1.5))
+    assert (block.captured_s, block.samples[0]) == (1.5, 1)
+    assert (blocks.filled_samples, blocks.dropped_samples) == (0, 40)
+
+
 @given(back_s=st.floats(0.101, 0.99))
 def test_an_overlap_is_left_out(back_s: float) -> None:
     """Sound that overlaps what was delivered is dropped: times rise and no delay is added."""

@@ -223,6 +223,21 @@ def test_a_slow_reader_loses_the_oldest() -> None:
     source.close()
 
 
+def test_a_rest_is_no_loss() -> None:
+    """After a rest the next block is read, those before it are dropped, and nothing is logged."""
+    portaudio, clock = FakePortAudio(), TurnedClock()
+    source = make(portaudio, clock)
+    source.open()
+    with capture_logs() as logs:
+        for number in range(90):
+            portaudio.deliver(block(number))
+        source.catch_up()
+        portaudio.deliver(block(90))
+        assert source.read().samples[0] == 90
+    assert logs == []
+    source.close()
+
+
 def test_a_silent_device_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """A microphone that delivers nothing is an error that says what to do."""
     monkeypatch.setattr(microphone, "_SILENT_S", 0.01)

@@ -233,6 +233,26 @@ def test_who_needs_a_source_ends_its_rest() -> None:
     rig.stop()
 
 
+def test_what_was_captured_in_a_rest_is_dropped() -> None:
+    """A source that queues catches up after each rest, and at no other time."""
+    need, caught_up = Need(), threading.Event()
+    source = RestingScript(3600.0)
+    source.catch_up = caught_up.set  # type: ignore[attr-defined]
+    rig = Rig(source=source, needed=need)
+    rig.capture.start()
+    source.steps.put(1)
+    assert need.rests_s.get(timeout=WAIT_S) == 3600.0
+    assert not caught_up.is_set()
+    need.set()
+    assert caught_up.wait(WAIT_S)
+    caught_up.clear()
+    source.steps.put(2)
+    source.steps.put(3)
+    assert [rig.item() for _ in range(3)] == [1, 2, 3]
+    rig.stop()
+    assert not caught_up.is_set()
+
+
 def test_stop_ends_a_rest() -> None:
     """A source that rests is released as soon as it is to stop."""
     need = Need()

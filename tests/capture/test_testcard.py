@@ -244,6 +244,18 @@ def test_sleep_of_the_machine_leaves_no_delay() -> None:
     )
 
 
+def test_after_a_rest_the_sound_begins_now() -> None:
+    """However short the rest was, nothing that was due in it is delivered."""
+    clock = FakeClock()
+    source = TestCardAudio(AudioSettings(), clock, sleep=clock.sleep)
+    source.open()
+    source.read()
+    clock.sleep(0.15)
+    rested_s = clock.now_s()
+    source.catch_up()
+    assert 0.0 <= source.read().captured_s - rested_s < 0.0001
+
+
 @given(before_s=st.floats(0.3, 1.6), stall_s=st.floats(0.25, 2.5))
 @example(before_s=0.5, stall_s=1.015625)
 @examples(50)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tests.encode.decoders import decoded_sound
 from tests.examples import examples
 from tests.open_boundary import OpenFence
+from tests.turned_clock import TurnedClock
 
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.congestion.allocation import SoundEncoding
@@ -28,16 +29,25 @@ FIRST = 1200
 ENCODINGS = {mu_ms: SoundEncoding(mu_ms, 32_000) for mu_ms in (10, 20, 40, 60, 120)}
 
 
-def _hub() -> SoundHub:
-    hub = SoundHub()
+class _Hub(SoundHub):
+    """A hub whose time is the end of the last block."""
+
+    def __init__(self) -> None:
+        self.time = TurnedClock(FIRST / 100)
+        super().__init__(self.time)
+
+
+def _hub() -> _Hub:
+    hub = _Hub()
     hub.start()
     return hub
 
 
-def _speak(hub: SoundHub, first: int, count: int) -> None:
+def _speak(hub: _Hub, first: int, count: int) -> None:
     samples = np.zeros(BLOCK_SAMPLES, np.int16)
     for number in range(FIRST + first, FIRST + first + count):
         hub.push(Sound(samples, number / 100))
+        hub.time.time_s = (number + 1) / 100
 
 
 def _drain(lane: BoundedSoundLane) -> list[EncodedSound]:
@@ -117,12 +127,27 @@ async def test_the_first_listener_costs_no_more_than_their_preroll(
     assert taken == [*heard, *range(whole, 125)]
 
 
-async def test_a_preroll_is_not_longer_than_what_was_captured() -> None:
-    """Right after the start the pre-roll is shorter, in whole media units."""
+async def test_who_ends_a_rest_hears_silence_and_then_what_is_captured() -> None:
+    """Nothing captured before they came is heard, and media time goes on with the clock."""
     hub = _hub()
-    _speak(hub, 0, 8)
-    assert await _heard(hub, ENCODINGS[60], 500.0) == [0, 1, 2, 3, 4, 5]
-    assert await _heard(hub, ENCODINGS[20], 500.0) == [0, 1, 2, 3, 4, 5, 6, 7]
+    lane = hub.add(OpenFence())
+    hub.choose(lane, ENCODINGS[20], 0)
+    assert hub.needed.is_set()
+    _speak(hub, 0, 20)
+    hub.remove(lane)
+    assert not hub.needed.is_set()
+    hub.time.time_s += 60
+    hub.skip(Sound(np.zeros((7, 2), np.int16), hub.time.time_s))
+    assert (hub.channels, hub.counts()["captured"]) == (2, 21)
+    lane = hub.add(OpenFence())
+    hub.choose(lane, ENCODINGS[20], 500)
+    assert hub.needed.is_set()
+    _speak(hub, 6015, 15)
+    await asyncio.sleep(0)
+    heard = _drain(lane)
+    assert _numbers(heard) == list(range(5970, 6030))
+    for one in heard:
+        assert one.captured_s == pytest.approx(one.pts / 48_000, abs=0.007)
 
 
 async def test_sound_goes_on_where_the_past_ended() -> None:
@@ -198,6 +223,7 @@ def test_every_sample_is_sent_once_whatever_the_changes(
         hub = _hub()
         lanes = [hub.add(OpenFence()) for _ in range(3)]
         now, waiting = phase, 0
+        hub.time.time_s = (FIRST + phase) / 100
         _speak(hub, now, begun)
         now += begun
         hub.choose(lanes[0], ENCODINGS[first], 40)

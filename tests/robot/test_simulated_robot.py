@@ -29,6 +29,7 @@ from wax.robot.simulated.motion import RADIUS_M
 from wax.robot.simulated.render import Renderer
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.robot.simulated.simulation import Senses
+from wax.robot.simulated.speaker import SimulatedSpeaker
 from wax.robot.simulated.view import View
 
 if TYPE_CHECKING:
@@ -170,6 +171,29 @@ def test_sound_has_no_gap(clock: FakeClock) -> None:
         stamps.append(ear.read().captured_s)
     ear.close()
     assert stamps == pytest.approx([1000.0, 1000.01, 1000.02, 1000.03])
+
+
+def test_after_a_rest_the_robot_hears_what_is_said_now(clock: FakeClock) -> None:
+    """Neither time nor speech of the rest is made up for."""
+    speaker = SimulatedSpeaker()
+    ear = SimulatedMicrophone(
+        clock,
+        world=furnished_flat(),
+        listen=lambda: Senses(clock.now_s(), Pose(1.0, 1.0, 0.0)),
+        speaker=speaker,
+    )
+    ear.open()
+    speaker.write(np.full(4800, 30_000, np.int16))
+    clock.time_s += 0.2
+    ear.catch_up()
+    clock.time_s += 0.01
+    heard = ear.read()
+    assert heard.captured_s == pytest.approx(1000.2)
+    assert np.abs(heard.samples).max() < 10_000
+    speaker.write(np.full(4800, 30_000, np.int16))
+    clock.time_s += 0.01
+    assert np.abs(ear.read().samples).max() > 10_000
+    ear.close()
 
 
 def test_the_view_from_above_shows_where_it_is(robot: SimulatedRobot) -> None:

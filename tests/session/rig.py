@@ -216,7 +216,8 @@ class Rig:
         turns = self.turns = Turns(settings.turns)
         self.camera = Camera()
         self.counters = Counters()
-        video, audio = VideoHub(settings=settings.video, clock=self.clock), SoundHub()
+        video = VideoHub(settings=settings.video, clock=self.clock)
+        audio = SoundHub(self.clock)
         self.view = DrivingView()
         self.view.clock = VOUCHED
         idle = SimpleNamespace(problems=list, status=lambda: None)

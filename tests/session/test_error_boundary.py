@@ -263,7 +263,7 @@ async def test_a_lane_that_cannot_take_sound_keeps_none_from_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The same holds for sound."""
-    hub, encoding = SoundHub(), SoundEncoding(20, 32_000)
+    hub, encoding = SoundHub(TurnedClock(0.0)), SoundEncoding(20, 32_000)
     hub.start()
     first, second = Ended(), Ended()
     broken, whole = hub.add(first.boundary), hub.add(second.boundary)

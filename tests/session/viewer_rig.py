@@ -97,7 +97,7 @@ SMALLEST = VideoSettings().renditions[-1].name
 def connect(sync: SyncSettings | None = None) -> Connected:
     clock, room, counters = TurnedClock(100.0), FakeRoom(), Counters()
     video = VideoHub(settings=VideoSettings(), clock=clock)
-    audio = SoundHub()
+    audio = SoundHub(clock)
     viewer = Viewer(
         number=7,
         visitor=visitor("c"),

@@ -48,7 +48,7 @@ class Rig:
 
     def __post_init__(self) -> None:
         self.video = VideoHub(settings=SIZES, clock=self.clock)
-        self.audio = SoundHub()
+        self.audio = SoundHub(self.clock)
         self.service = LiveService(
             clock=self.clock,
             video_settings=SIZES,

@@ -34,7 +34,7 @@ class Rig:
         self.best = settings.video.renditions[0].name
         self.counters = Counters()
         self.video = VideoHub(settings=settings.video, clock=clock)
-        self.audio = SoundHub()
+        self.audio = SoundHub(clock)
         self.tape = TapeFeed(
             settings, clock=clock, counters=self.counters, video=self.video, audio=self.audio
         )
@@ -66,7 +66,7 @@ async def test_the_sound_is_recorded_with_the_channels_it_has(rig: Rig) -> None:
     heard: list[int] = []
     for channels in (2, 1, 2):
         for _ in range(30):
-            moment_s = len(heard) / 100
+            moment_s = 1000 + len(heard) / 100
             rig.audio.push(Sound(np.zeros(480, np.int16), moment_s).with_channels(channels))
             await asyncio.sleep(0)
             heard.append(lane.encoding.channels)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from typing import TYPE_CHECKING, Final
 
 from wax.baseline.mulaw_encoder import MuLawEncoder
@@ -21,10 +22,12 @@ _BITRATE_BPS: Final = 64_000
 class UnitHub:
     """Encodes the sound once, in media units of one length, and passes them to all listeners.
 
-    `push` is called from the capture thread, the rest from the event loop.
+    `push` and `skip` are called from the capture thread, the rest from the event loop. While
+    `needed` is not set, nobody listens and the source may rest (`SourceThread`).
     """
 
     def __init__(self, *, mu_ms: int) -> None:
+        self.needed = threading.Event()
         self._mu_ms = mu_ms
         self._encoder = MuLawEncoder(mu_ms=mu_ms)
         self._takers: dict[Callable[[SoundUnit], None], Callable[[SoundUnit], None]] = {}
@@ -49,13 +52,20 @@ class UnitHub:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._fan_out, unit)
 
+    def skip(self, _sound: Sound) -> None:
+        """Count a piece that nobody needs."""
+        self._captured += 1
+
     def listen(self, take: Callable[[SoundUnit], None], boundary: ErrorBoundary) -> None:
         """Call `take` inside `boundary` with every unit that is completed from now on."""
         self._takers[take] = boundary.around(take)
+        self.needed.set()
 
     def leave(self, take: Callable[[SoundUnit], None]) -> None:
         """Remove a listener; safe to call twice."""
         self._takers.pop(take, None)
+        if not self._takers:
+            self.needed.clear()
 
     @property
     def unit_samples(self) -> int:

@@ -37,6 +37,7 @@ class Blocks:
       delivered and is dropped. So the delay never grows.
     * After a jump of more than 1 s either way the timeline restarts and an incomplete block is
       dropped.
+    * So it does after `restart`, however short the gap.
     * A block has as many channels as the newest piece in it.
     """
 
@@ -57,12 +58,16 @@ class Blocks:
         """How much sound has been dropped since the start."""
         return self.dropped_samples * 1000 // SAMPLE_RATE_HZ
 
+    def restart(self) -> None:
+        """Begin a new timeline with the next piece."""
+        self._head_s = None
+
     def push(self, sound: Sound) -> list[Sound]:
         """Add a piece of sound of any length and return the blocks that it completes."""
         samples = sound.samples
         error_s = self._error_s(sound.captured_s)
         if error_s is None or abs(error_s) > _JUMP_S:
-            self._restart(sound.captured_s)
+            self._begin(sound.captured_s)
         elif error_s > _JITTER_S:
             missing = round(error_s * SAMPLE_RATE_HZ)
             self.filled_samples += missing
@@ -83,7 +88,7 @@ class Blocks:
             return None
         return captured_s - (self._head_s + self._count / SAMPLE_RATE_HZ)
 
-    def _restart(self, captured_s: float) -> None:
+    def _begin(self, captured_s: float) -> None:
         self.dropped_samples += self._count
         self._waiting.clear()
         self._count = 0

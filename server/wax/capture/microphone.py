@@ -26,7 +26,7 @@ from wax.capture.portaudio import (
     start_stream,
 )
 from wax.capture.resample import Resampler
-from wax.capture.source import SAMPLE_RATE_HZ, Sound
+from wax.capture.source import REST_S, SAMPLE_RATE_HZ, Sound
 from wax.errors import SourceError
 from wax.sentence import Sentence
 
@@ -63,6 +63,8 @@ class PortAudioMicrophone:
     blocks are wrong by a quarter of a second, so the median of the last second is used. Losses in
     the device and by a slow reader are logged, at most once in 10 s.
     """
+
+    rest_s: Final = REST_S
 
     def __init__(
         self,
@@ -113,6 +115,12 @@ class PortAudioMicrophone:
             raise SourceError(Sentence("microphone.no_sound", {"microphone": self.name})) from None
         self._log_losses()
         return sound
+
+    def catch_up(self) -> None:
+        with suppress(queue.Empty):
+            while True:
+                self._blocks.get_nowait()
+        self._losses_logged = self._losses
 
     def close(self) -> None:
         stream, self._stream = self._stream, None

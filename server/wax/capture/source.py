@@ -10,9 +10,10 @@ source is closed and opened again after a pause.
 After `read`, pictures are turned as ``rotate`` and ``mirror`` of the settings say; a class that
 turns them itself declares ``is_upright = True``.
 
-While nobody needs its pictures, a class that declares ``rest_s`` is read only once in so many
+While nobody needs what it delivers, a class that declares ``rest_s`` is read only once in so many
 seconds. It promises that, however long it was left unread, the next `read` returns no older a
-picture than if it had been read all along.
+picture or sound than if it had been read all along; ``catch_up``, if it has that method, is called
+after each rest and drops what was captured meanwhile.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ BLOCK_SAMPLES = SAMPLE_RATE_HZ * BLOCK_MS // 1000
 """All sound is cut into blocks of this length, the shortest media unit."""
 
 REST_S: Final = 0.9
-"""A camera's ``rest_s``: below 1 s, so that the rates of a second in status and metrics show it."""
+"""A source's ``rest_s``: below 1 s, so that the rates of a second in status and metrics show it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,7 +33,8 @@ class SourceThread(DeviceThread, Generic[ItemT]):
     is called from this object's thread; an error that it raises counts as one of the source.
 
     While `needed` is not set, a source that declares ``rest_s`` is read just often enough to know
-    that it works. Once it is set, the next item is read at once.
+    that it works. Once it is set, the next item is read at once. A source that queues what it
+    captures declares ``catch_up``, too, which drops the queue after a rest.
     """
 
     def __init__(
@@ -70,8 +71,9 @@ class SourceThread(DeviceThread, Generic[ItemT]):
             rest_s = getattr(self._source, "rest_s", None)
             # `sink`, or who needed the source, may have cleared `needed` since `request_stop`.
             may_rest = rest_s is not None and not self._stopping.is_set()
-            if may_rest and self._needed is not None:
+            if may_rest and self._needed is not None and not self._needed.is_set():
                 self._needed.wait(rest_s)
+                getattr(self._source, "catch_up", _do_nothing)()
 
     def request_stop(self) -> None:
         super().request_stop()
@@ -82,3 +84,6 @@ class SourceThread(DeviceThread, Generic[ItemT]):
         return Sentence(
             "microphone.failed" if self._is_microphone else "camera.failed", {"why": why}
         )
+
+
+def _do_nothing() -> None: ...

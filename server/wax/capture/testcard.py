@@ -141,6 +141,7 @@ class TestCardAudio:
     even after the wall clock was set.
     """
 
+    rest_s: Final = REST_S
     __test__ = False
 
     def __init__(
@@ -164,10 +165,8 @@ class TestCardAudio:
 
     def read(self) -> Sound:
         end_s = self._start_s + (self._sample + BLOCK_SAMPLES) / SAMPLE_RATE_HZ
-        behind_s = self._clock.now_s() - end_s
-        if behind_s > _LATE_S:
-            self._sample += math.floor(behind_s * SAMPLE_RATE_HZ)
-            self._burst_sample = _BURST_SAMPLES
+        if self._clock.now_s() - end_s > _LATE_S:
+            self.catch_up()
             end_s = self._start_s + (self._sample + BLOCK_SAMPLES) / SAMPLE_RATE_HZ
         _sleep_until(end_s, self._clock, self._sleep)
         self._follow_wall_clock()
@@ -181,6 +180,12 @@ class TestCardAudio:
 
     def close(self) -> None:
         """Do nothing: there is nothing to release."""
+
+    def catch_up(self) -> None:
+        """Skip to the block that begins now."""
+        now = math.ceil((self._clock.now_s() - self._start_s) * SAMPLE_RATE_HZ)
+        self._sample = max(self._sample, now)
+        self._burst_sample = _BURST_SAMPLES
 
     def _follow_wall_clock(self) -> None:
         """Refine the estimate of wall minus monotonic time.
@@ -220,7 +225,7 @@ def _cells(wall_ms: int, width: int, height: int) -> NDArray[np.uint8]:
     greys = np.where(bits.reshape(ROWS, COLUMNS), _WHITE, _BLACK).astype(np.uint8)
     rows = np.arange(height) * ROWS // height
     columns = np.arange(width) * COLUMNS // width
-    return greys[rows[:, None], columns[None, :]]
+    return greys[:, columns][rows]
 
 
 @cache

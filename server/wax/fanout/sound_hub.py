@@ -9,7 +9,9 @@ from functools import partial
 from math import ceil, lcm
 from typing import TYPE_CHECKING, Final
 
-from wax.capture.source import BLOCK_MS, SAMPLE_RATE_HZ
+import numpy as np
+
+from wax.capture.source import BLOCK_MS, BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder
 from wax.fanout.batches import in_batches
@@ -18,7 +20,7 @@ from wax.fanout.sound_lane import BoundedSoundLane
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.capture.source import Sound
+    from wax.clock import Clock
     from wax.congestion.allocation import SoundEncoding
     from wax.encode.encoded import EncodedSound
     from wax.error_boundary import ErrorBoundary
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 _PAST_MS: Final = 720
 """How much past sound to keep: the longest pre-roll of 500 ms, rounded up to whole media units of
 up to 120 ms, plus the current unit."""
+
+_SILENCE: Final = np.zeros(BLOCK_SAMPLES, np.int16)
 
 _WARM_MS: Final = 480
 """A new encoder begins with silence, and the speech codec needs this long until a listener coming
@@ -50,11 +54,15 @@ class _Stream:
 class SoundHub:
     """Encodes the sound once for each encoding in use.
 
-    `push` is called from the capture thread, the rest from the event loop. Encoding 10 ms takes a
-    fraction of a millisecond, so one lock covers everything.
+    `push` and `skip` are called from the capture thread, the rest from the event loop. Encoding
+    10 ms takes a fraction of a millisecond, so one lock covers everything. While `needed` is not
+    set, nobody listens and the source may rest (`SourceThread`).
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Clock) -> None:
+        self.needed = threading.Event()
+        self._now_s = clock.now_s
+        self._needed_since_s = 0.0
         self._lock = threading.Lock()
         self._clock = SampleClock()
         self._past: deque[tuple[Sound, int]] = deque(maxlen=_PAST_MS // BLOCK_MS)
@@ -75,6 +83,8 @@ class SoundHub:
         with self._lock:
             self._captured += 1
             self.channels = block.channels
+            if block.captured_s < self._needed_since_s:
+                return
             pts = self._clock.stamp(block.captured_s)
             self._past.append((block, pts))
             for encoding, stream in self._streams.items():
@@ -82,6 +92,11 @@ class SoundHub:
                 if sound is not None:
                     self._encoded += 1
                     self._from_thread(encoding, sound)
+
+    def skip(self, sound: Sound) -> None:
+        """Count a piece that nobody needs."""
+        self._captured += 1
+        self.channels = sound.channels
 
     def add(self, boundary: ErrorBoundary) -> BoundedSoundLane:
         """Make a lane, which is called inside `boundary`; it gets nothing until `choose`."""
@@ -109,6 +124,7 @@ class SoundHub:
         The pre-roll, in whole media units, fills the browser's buffer at once, instead of at the 75
         ms a second at which a browser stretches sound. The first listener of an encoding gets as
         much past sound as requested; one who joins within half a second gets what is available.
+        Before the first listener of all there was silence.
 
         A listener who changes encodings gets no pre-roll: the new encoding starts at the next
         common unit boundary, at most 120 ms from now.
@@ -151,6 +167,8 @@ class SoundHub:
 
     def _stream(self, encoding: SoundEncoding, units: int) -> _Stream:
         """Return this encoding's stream; a new one is primed with the last `units` units."""
+        if not self._streams:
+            self._begin()
         stream = self._streams.get(encoding)
         if stream is None:
             stream = self._streams[encoding] = _Stream(encoding)
@@ -161,10 +179,22 @@ class SoundHub:
                     stream.encode(block, pts)
         return stream
 
+    def _begin(self) -> None:
+        """Continue after the last block with silence until now, and need sound from now on."""
+        now_s = self._needed_since_s = self._now_s()
+        known_s = self._past[-1][0].captured_s if self._past else float("-inf")
+        for ago_ms in range(_PAST_MS, 0, -BLOCK_MS):
+            captured_s = now_s - ago_ms / 1000
+            if captured_s >= known_s + BLOCK_MS / 1000:
+                self._past.append((Sound(_SILENCE, captured_s), self._clock.stamp(captured_s)))
+        self.needed.set()
+
     def _forget_unwanted(self) -> None:
         wanted = {encoding for lane in self._lanes for encoding in lane.encodings}
         with self._lock:
             self._streams = {f: stream for f, stream in self._streams.items() if f in wanted}
+            if not self._streams:
+                self.needed.clear()
 
     def _from_thread(self, encoding: SoundEncoding, sound: EncodedSound) -> None:
         if self._loop is not None and not self._loop.is_closed():

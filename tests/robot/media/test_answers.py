@@ -20,7 +20,7 @@ from wax.clock import SystemClock
 from wax.errors import ProtocolError, SourceError
 from wax.robot.media.link import STARTING, MediaProcessLink, SenseError
 from wax.robot.media.messages import NEXT, Answer, decode, encode
-from wax.robot.media.outlets import CameraOutlet, checked_picture, checked_sound
+from wax.robot.media.outlets import CameraOutlet, MicrophoneOutlet, checked_picture, checked_sound
 from wax.robot.media.picture_memory import PictureMemory, make_memory
 from wax.robot.media.senses import RemoteCamera, RemoteMicrophone
 from wax.sentence import Sentence
@@ -299,6 +299,50 @@ def test_a_camera_that_may_not_rest_is_read_without_being_asked(
     """It may queue what is not read."""
     sleeper.frames.release(5)
     until(lambda: outlet._slot.count == 5)
+
+
+class Ear:
+    """A microphone that may rest, with the number of each block as its time."""
+
+    rest_s = 0.0
+
+    def __init__(self) -> None:
+        self.blocks = threading.Semaphore(0)
+        self.made = self.caught_up = 0
+
+    def open(self) -> None: ...
+
+    def read(self) -> Sound:
+        self.blocks.acquire()
+        self.made += 1
+        return Sound(np.zeros(480, np.int16), float(self.made))
+
+    def catch_up(self) -> None:
+        self.caught_up += 1
+
+    def close(self) -> None: ...
+
+
+def test_a_microphone_rests_while_nobody_asks(link: MediaProcessLink) -> None:
+    """It stops after a whole queue, which whoever has rested drops."""
+    ear, (ours, theirs) = Ear(), Pipe()
+    link.attach(ours, None)
+    outlet = MicrophoneOutlet(lambda: ear, theirs, clock=SystemClock())
+    outlet.start()
+    microphone = RemoteMicrophone(link, nothing)
+    ear.blocks.release(30)
+    until(lambda: not outlet._needed.is_set())
+    assert (ear.made, ear.caught_up) == (20, 0)
+    microphone.catch_up()
+    assert [microphone.read().captured_s for _ in range(10)] == list(range(21, 31))
+    assert ear.caught_up == 1
+    outlet.request_stop()
+    ear.blocks.release()
+    outlet.stop()
+    link.detach(GONE)
+    ours.close()
+    outlet._answers._thread.join()
+    theirs.close()
 
 
 def yuv(*shape: int) -> Any:

@@ -20,6 +20,8 @@ Sense = Literal["camera", "external_view", "microphone", "speaker"]
 
 NEXT: Final = b"next"
 """Asks a camera or microphone for its next picture or sound."""
+NEWEST: Final = b"newest"
+"""Asks a microphone for its next sound, and to drop what is queued."""
 OPEN: Final = b"open"
 WRITE: Final = b"write"
 CLOSE: Final = b"close"

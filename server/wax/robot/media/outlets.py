@@ -23,6 +23,7 @@ from wax.robot.media.messages import (
     MAX_HEIGHT,
     MAX_SAMPLES,
     MAX_WIDTH,
+    NEWEST,
     OPEN,
     WRITE,
     Answer,
@@ -76,6 +77,10 @@ class _Made:
 
     def read(self) -> Any:
         return self._check(self._source.read())
+
+    def catch_up(self) -> None:
+        if hasattr(self._source, "catch_up"):
+            self._source.catch_up()
 
     def close(self) -> None:
         if self._source is not None:
@@ -149,7 +154,10 @@ class CameraOutlet(_SourceOutlet):
 
 
 class MicrophoneOutlet(_SourceOutlet):
-    """Sends the sound, block by block, as the server asks for it."""
+    """Sends the sound, block by block, as the server asks for it.
+
+    A microphone that may rest does so once the server has left a whole queue.
+    """
 
     def __init__(
         self,
@@ -160,20 +168,29 @@ class MicrophoneOutlet(_SourceOutlet):
     ) -> None:
         self._news = threading.Condition()
         self._sounds = deque[Sound](maxlen=_KEPT_SOUNDS)
+        self._needed = threading.Event()
+        self._needed.set()
         self._source = SourceThread(
             _Made(make, checked_sound),
             self._put,
             name="microphone",
             clock=clock,
+            needed=self._needed,
         )
         self._answers = _Answers(connection, self._next, "microphone")
 
     def _put(self, sound: Sound) -> None:
         with self._news:
             self._sounds.append(sound)
+            if len(self._sounds) == _KEPT_SOUNDS:
+                self._needed.clear()
             self._news.notify_all()
 
-    def _next(self, _question: bytes) -> bytes:
+    def _next(self, question: bytes) -> bytes:
+        with self._news:
+            if question == NEWEST:
+                self._sounds.clear()
+            self._needed.set()
         while True:
             with self._news:
                 if not self._sounds:

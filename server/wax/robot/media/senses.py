@@ -10,7 +10,7 @@ import numpy as np
 from wax.capture.source import REST_S, Picture, Sound
 from wax.errors import SourceError, SpeakerError
 from wax.robot.media.link import MediaProcessLink, SenseError
-from wax.robot.media.messages import CLOSE, NEXT, OPEN, WRITE
+from wax.robot.media.messages import CLOSE, NEWEST, NEXT, OPEN, WRITE
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -53,16 +53,23 @@ class RemoteCamera:
 class RemoteMicrophone:
     """An `AudioSource`."""
 
+    rest_s: Final = REST_S
+
     def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
         self._link = link
         self._start = start
+        self._question = NEXT
 
     def open(self) -> None:
         self._start()
 
+    def catch_up(self) -> None:
+        self._question = NEWEST
+
     def read(self) -> Sound:
+        question, self._question = self._question, NEXT
         try:
-            answer, payload = self._link.ask(NEXT, READ_S)
+            answer, payload = self._link.ask(question, READ_S)
         except SenseError as error:
             raise SourceError(error.sentence) from error
         samples = np.frombuffer(payload[: len(payload) & ~3], np.int16)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from wax.capture.source import Sound
+from wax.capture.source import REST_S, Sound
 from wax.errors import SourceError
 from wax.robot.simulated.frame_timer import FrameTimer
 from wax.robot.simulated.hearing import BLOCK_S, SoundMixer
@@ -24,6 +24,8 @@ class SimulatedMicrophone:
 
     It hears the robot's own `speaker`, too.
     """
+
+    rest_s: Final = REST_S
 
     def __init__(
         self,
@@ -44,7 +46,7 @@ class SimulatedMicrophone:
     def open(self) -> None:
         self._closed.clear()
         self._mixer = SoundMixer(self._world, speaker=self._speaker)
-        self._pacer = FrameTimer(BLOCK_S, self._clock, self._closed.wait)
+        self._pacer = self._make_pacer()
 
     def read(self) -> Sound:
         if self._mixer is None or self._pacer is None:
@@ -53,7 +55,15 @@ class SimulatedMicrophone:
         samples = self._mixer.block(self._listen())
         return Sound(samples=samples, captured_s=heard_s - BLOCK_S)
 
+    def catch_up(self) -> None:
+        self._pacer = self._make_pacer()
+        if self._speaker is not None:
+            self._speaker.close()
+
     def close(self) -> None:
         self._closed.set()
         self._mixer = None
         self._pacer = None
+
+    def _make_pacer(self) -> FrameTimer:
+        return FrameTimer(BLOCK_S, self._clock, self._closed.wait)
