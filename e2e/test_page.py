@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -18,6 +19,7 @@ from e2e.harness.boxes import (
 )
 from e2e.harness.touch_screen import PHONE
 from e2e.harness.viewer import box_of
+from e2e.harness.wait import eventually
 from wax.client import Operator
 
 if TYPE_CHECKING:
@@ -135,3 +137,16 @@ async def test_larger_letters_leave_everything_in_its_place(
         assert await page.evaluate(STOP_IS_WHOLE), where
         assert await page.evaluate("document.documentElement.scrollWidth") <= width, where
     await viewer.leave()
+
+
+async def test_a_small_window_gets_a_small_picture(server: Server, open_viewer: OpenViewer) -> None:
+    """What a window cannot show is not sent, and comes again once the window is large."""
+    viewer = await open_viewer(server)
+
+    async def is_sent(width: int) -> bool:
+        sent = await viewer.page.evaluate("document.querySelector('video').videoWidth")
+        return bool(sent == width)
+
+    for (across, down), width in (((1280, 800), 640), ((560, 300), 320), ((1280, 800), 640)):
+        await viewer.resize(across, down)
+        await eventually(partial(is_sent, width), f"the picture is {width} pixels wide")

@@ -85,6 +85,8 @@ export interface Session {
   offered: Promise<void>;
   /** The element of the picture that is large, null while there is none. */
   shownPicture(): HTMLVideoElement | null;
+  /** Takes a photo of it, in the largest size that the link carries. */
+  forPhoto<Taken>(take: () => Promise<Taken>): Promise<Taken>;
   /** Sets the picture's element, null when it is removed. */
   attachPicture(element: HTMLVideoElement | null): void;
   attachSound(element: HTMLAudioElement | null): void;

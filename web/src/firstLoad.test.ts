@@ -45,6 +45,7 @@ it("leaves what few pages need out of the first load", () => {
   expect(loaded).not.toContain(join(ROOT, "view/drive/ControlSet.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/drive/WaysPanel.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/RulesPanel.tsx"));
+  expect(loaded).not.toContain(join(ROOT, "view/Watching.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/UnsupportedPage.tsx"));
   const hosts = [...loadedBy(join(ROOT, "view/host/HostPanel.tsx"))];
   expect(hosts).toContain(join(ROOT, "view/host/Calibration.tsx"));
@@ -73,7 +74,7 @@ function saidBy(modules: Iterable<string>): string[] {
 it("has exactly the words of the first load and of driving", () => {
   const first = loadedBy(join(ROOT, "main.tsx"));
   // Loaded without further words: what driving needs, and what watches LiveKit rooms.
-  for (const path of ["view/drive/ControlSet.tsx", "rooms/roomViewer.ts"])
+  for (const path of ["view/drive/ControlSet.tsx", "view/Watching.tsx", "rooms/roomViewer.ts"])
     loadedBy(join(ROOT, path), first);
   const said = saidBy(first).filter((code) => !code.startsWith("replay."));
   expect(said.toSorted()).toEqual(Object.keys(en).toSorted());

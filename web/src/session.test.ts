@@ -305,6 +305,31 @@ it("keeps the viewer's own entry in the room state while the connection is lost"
   expect(session.state.me.value?.role).toBe("operator");
 });
 
+it("asks for no larger picture than its window shows, except for a photo", async () => {
+  let resize = (_entries: object[]) => {};
+  class Observer {
+    constructor(told: typeof resize) {
+      resize = told;
+    }
+    observe(): void {}
+    disconnect(): void {}
+  }
+  vi.stubGlobal("ResizeObserver", Observer);
+  session = startSession();
+  await vi.advanceTimersByTimeAsync(0);
+  open();
+  receive(hello());
+  const video = document.createElement("video");
+  session.attachPicture(video);
+  resize([{ contentRect: { width: 300, height: 225 } }]);
+  expect(peer().sent.at(-1)).toMatchObject({ type: "want", size: "640x480" });
+  vi.advanceTimersByTime(5000);
+  expect(peer().sent.at(-1)).toMatchObject({ type: "want", size: "320x240" });
+  const photo = session.forPhoto(async () => peer().sent.at(-1));
+  video.dispatchEvent(new Event("resize"));
+  expect(await photo).toMatchObject({ type: "want", size: "640x480" });
+});
+
 it("sends the policy that was chosen, and changes it without a new connection", () => {
   open();
   receive(hello());

@@ -52,6 +52,7 @@ import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
 import { keepAwake, needsScreen } from "./wakeLock";
+import { WantedSize } from "./wantedSize";
 import {
   followLanguageChoice,
   languageWishes,
@@ -102,6 +103,7 @@ export function startSession(): Session {
     },
     resumed: () => actions.setSound(true),
   });
+  const wantedSize = new WantedSize({ ...state, changed: sendWant });
   const identity = new Identity(isEmbed ? null : openStore(() => window.sessionStorage));
 
   const words = new LateWords();
@@ -293,6 +295,7 @@ export function startSession(): Session {
         link,
         client: () => identity.client,
         wants,
+        size: () => wantedSize.choose(),
         show(receivers) {
           picture.setTrack(receivers.picture?.track ?? null);
           cameras.setTracks([]);
@@ -417,9 +420,8 @@ export function startSession(): Session {
   }
 
   function sendWant(): void {
-    const sizes = state.hello.peek()?.sizes ?? [];
-    const { size: kept, policy } = state.preferences.peek();
-    const size = sizes.includes(kept) ? kept : sizes[0];
+    const { policy } = state.preferences.peek();
+    const size = wantedSize.choose();
     if (size) link.sendState({ type: "want", ...wants(), size, policy });
   }
 
@@ -628,8 +630,10 @@ export function startSession(): Session {
     history,
     offered,
     shownPicture: () => elements.get(state.large.peek()),
+    forPhoto: (take) => (state.large.peek() === null ? wantedSize.forPhoto(take) : take()),
     attachPicture(element) {
       elements.attach(null, element);
+      wantedSize.attach(element);
       unwatch();
       unwatch = element ? watchFrames(element, { presented }, shown) : () => {};
       picture.attach(element);

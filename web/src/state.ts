@@ -28,6 +28,7 @@ import type { Proof } from "./proof";
 import type { Output } from "./sound/outputs";
 import type { SoundPlayerState } from "./sound/soundPlayback";
 import { SILENT, type Voice } from "./voice/talk";
+import type { Box } from "./wantedSize";
 import type { Saying } from "./words/said";
 
 /** Measurements of the streams and the link, for people to read; null if unknown. */
@@ -95,6 +96,10 @@ export interface State extends Permissions {
   /** The buffer targets, and what is sent; null before the server's first message. */
   playout: Signal<Playout | null>;
   served: Signal<Served | null>;
+  /** The largest picture that this page has asked for, as `640x480`; null before the greeting. */
+  size: Signal<string | null>;
+  /** What the driving view fills, in pixels of CSS; null until it has been drawn. */
+  box: Signal<Box | null>;
   /** The number of the large camera; null while the driving view is large. */
   large: Signal<number | null>;
   /** Cameras that have not shown a new picture for a while. */
@@ -217,6 +222,8 @@ export function createState(kept: Preferences): State {
     output: signal(null),
     player: signal({ by: "browser", why: null }),
     served,
+    size: signal(null),
+    box: signal(null),
     held: signal(new Set<Direction>()),
     motion: signal({ linear: 0, angular: 0 }),
     isHolding: signal(false),

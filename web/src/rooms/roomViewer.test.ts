@@ -53,6 +53,7 @@ let left: (boolean | undefined)[];
 let answer: () => Response;
 let renewed: () => Response;
 let renewals: number;
+let size: string;
 
 beforeEach(() => {
   vi.useFakeTimers();
@@ -61,6 +62,7 @@ beforeEach(() => {
   state = createState(loadPreferences(null));
   [shown, said, asked, left] = [[], [], [], []];
   named = undefined;
+  size = "640x480";
   answer = () => json(viewer(7, { role: "queued", place: 3, wait_s: 150 }));
   vi.stubGlobal("document", { hidden: false, documentElement: { dataset: {} } });
   renewals = 0;
@@ -82,6 +84,7 @@ beforeEach(() => {
     link,
     client: () => "client",
     wants: () => ({ sound: true, picture: true }),
+    size: () => size,
     show: () => shown.push("room"),
     enterRoom: (now) => {
       state.room.value = now;
@@ -134,6 +137,13 @@ function comeTo(number: number): void {
   state.hello.value = hello({ viewer: number });
   away.linkChanged({ is: "connected" });
 }
+
+it("watches the smaller picture where it is enough", () => {
+  play();
+  expect(watch.options?.wants().isSmall).toBe(false);
+  size = "320x240";
+  expect(watch.options?.wants().isSmall).toBe(true);
+});
 
 it("reports a silent robot's server while the room plays on", () => {
   play();

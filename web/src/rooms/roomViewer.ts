@@ -20,6 +20,8 @@ export interface RoomViewerOptions {
   link: Pick<Link, "connect" | "close">;
   client: () => string;
   wants: () => { sound: boolean; picture: boolean };
+  /** The size to ask for, as `640x480`. */
+  size: () => string | undefined;
   /** Plays these receivers instead of the previous ones. */
   show: (receivers: Receivers) => void;
   enterRoom: (room: RoomState) => void;
@@ -264,11 +266,10 @@ export class RoomViewer {
     this.#enter(room);
   }
 
-  /** Whether the user wants a smaller picture; rooms have two sizes. */
+  /** Whether a smaller picture is enough; rooms have two sizes. */
   #wantsSmall(): boolean {
-    const { hello, preferences } = this.options.state;
-    const place = hello.peek()?.sizes.indexOf(preferences.peek().size) ?? 0;
-    return place > 0;
+    const { state, size } = this.options;
+    return (state.hello.peek()?.sizes.indexOf(size() ?? "") ?? 0) > 0;
   }
 
   // --- the queue -----------------------------------------------------------------------------

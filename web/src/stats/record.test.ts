@@ -14,6 +14,7 @@ beforeEach(() => {
   nowMs = 1000;
   state = createState(loadPreferences(null));
   state.hello.value = hello({ viewer: 1 });
+  state.size.value = "480x360";
   history = recordHistory(state, () => nowMs);
 });
 
@@ -33,7 +34,7 @@ it("records each measurement with what was served then", () => {
   expect(history.times()).toEqual([1000, 2000]);
   expect(history.column("pictureMs")).toEqual([80, 90]);
   expect(history.column("widthPx")).toEqual([320, 320]);
-  expect(history.column("askedPx")).toEqual([640, 640]);
+  expect(history.column("askedPx")).toEqual([480, 480]);
   expect(history.column("linkBps")).toEqual([200_000, 200_000]);
   expect(history.column("heldMs")).toEqual([60, 60]);
   expect(history.column("shownHz")).toEqual([14, 14]);
@@ -47,7 +48,7 @@ it("distinguishes a picture that is not sent from an unknown one", () => {
   measure();
   expect(history.column("widthPx")).toEqual([null, 0]);
   expect(history.column("sentHz")).toEqual([null, 0]);
-  expect(history.column("askedPx")).toEqual([640, 0]);
+  expect(history.column("askedPx")).toEqual([480, 0]);
 });
 
 it("marks each event once, and nothing before it happens", () => {

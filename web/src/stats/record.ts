@@ -109,8 +109,6 @@ export function unnamed(sentence: string, { room }: State): string {
 
 export function sampleOf(state: State, facts: Facts, atMs: number): Sample {
   const served = state.served.peek();
-  const { picture, size } = state.preferences.peek();
-  const asked = size || state.hello.peek()?.sizes[0];
   return {
     atMs,
     pictureMs: facts.pictureMs,
@@ -124,7 +122,7 @@ export function sampleOf(state: State, facts: Facts, atMs: number): Sample {
     usedBps: served?.used_bps ?? null,
     queueMs: served?.queue_ms ?? null,
     widthPx: served && (widthOf(served.rendition) ?? 0),
-    askedPx: picture ? widthOf(asked) : 0,
+    askedPx: state.preferences.peek().picture ? widthOf(state.size.peek()) : 0,
     sentHz: served && (served.rendition === null ? 0 : served.picture_hz),
     arrivedHz: facts.arrivedFps,
     shownHz: facts.fps,

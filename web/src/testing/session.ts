@@ -23,6 +23,7 @@ export function testSession(state: State = createState(loadPreferences(null))): 
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
     shownPicture: () => null,
+    forPhoto: (take) => take(),
     soundLevels: async () => [],
     attachCamera: vi.fn(),
   };

@@ -1,6 +1,8 @@
 import type { ComponentChildren } from "preact";
+import type { Served } from "../messages";
 import { PLAYERS, type Preferences } from "../preferences";
-import { t } from "../words/words";
+import { type Box, enlargement } from "../wantedSize";
+import { figure, t } from "../words/words";
 import { useActions, useState } from "./context";
 import {
   ageWords,
@@ -21,7 +23,7 @@ import { NAMES, numbersNamed } from "./robotNumbers";
  * frame to when the browser presents it.
  */
 export function Facts() {
-  const { facts, served, playout, player, room } = useState();
+  const { facts, served, playout, player, room, box } = useState();
   const { pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
   const { pauses, freezes } = facts.value;
   const pictureMs = isUndated(room.value) ? null : facts.value.pictureMs;
@@ -39,6 +41,7 @@ export function Facts() {
       <Fact name={t("facts.gaps")}>{breakWords(pauses)}</Fact>
       <Fact name={t("facts.freezes")}>{breakWords(freezes)}</Fact>
       <Fact name={t("facts.policy")}>{policyWords(playout.value?.policy)}</Fact>
+      <Fact name={t("facts.picture_shown")}>{shownWords(served.value, box.value)}</Fact>
       <Fact name={t("facts.picture_sent")}>{sentPictureWords(served.value)}</Fact>
       <Fact name={t("facts.sound_sent")}>{sentSoundWords(served.value)}</Fact>
       <Fact name={t("facts.player")}>
@@ -60,6 +63,17 @@ export function Facts() {
       <Reasons sentences={reasons(playout.value, served.value, player.value)} />
     </dl>
   );
+}
+
+/** How many of the screen's pixels the picture that is sent fills. */
+function shownWords(served: Served | null, box: Box | null): string {
+  const [size] = served?.rendition?.split(" ") ?? [];
+  if (size === undefined || !box) return "–";
+  const scale = enlargement(size, box) * window.devicePixelRatio;
+  return size
+    .split("x")
+    .map((sent) => figure(Math.round(Number(sent) * scale)))
+    .join(" × ");
 }
 
 const PLAYER_NAMES = { "built-in": "facts.by_built_in", browser: "facts.by_browser" } as const;

@@ -5,8 +5,11 @@ import { LanguageChoice } from "./LanguageChoice";
 import { late } from "./late";
 import { silenceWords } from "./pageWords";
 import { Switch } from "./Switch";
-import { Watching } from "./Watching";
 
+/** On a thin link, too, an operator may need its choice of timing. */
+export const Watching = late(async () => (await import("./Watching")).Watching, {
+  isForDriving: true,
+});
 export const WaysPanel = late(async () => (await import("./drive/WaysPanel")).WaysPanel);
 
 /** The user's choices of streams, size, timing and sound, and the tools for watching. */
@@ -40,7 +43,7 @@ export function Settings() {
   );
 }
 
-/** The largest size to send; the link determines the actual one. */
+/** The largest size to send; the link and the window determine the actual one. */
 function Size() {
   const { preferences, hello } = useState();
   const { setSize } = useActions();

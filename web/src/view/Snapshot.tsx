@@ -23,7 +23,7 @@ export function Snapshot() {
     const video = session.shownPicture();
     why.value = whyNoPhoto(session.state, video);
     if (why.value !== null || !video) return;
-    const photo = await pictureOf(video).catch(() => null);
+    const photo = await session.forPhoto(() => pictureOf(video)).catch(() => null);
     if (photo) download(photo, photoName(robotName(session.state.hello.peek()), new Date()));
     else why.value = "watch.snapshot.failed";
   };

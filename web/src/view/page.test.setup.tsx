@@ -12,7 +12,7 @@ import { hello, hostConsole, planar, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { App } from "./App";
 import { Facts, HostPanel, RulesPanel } from "./Panels";
-import { WaysPanel } from "./Settings";
+import { Watching, WaysPanel } from "./Settings";
 
 export let state: State;
 export let actions: Actions;
@@ -23,7 +23,7 @@ let levels: number[] = [];
 /** Call it once per file: it draws the page anew before each test. */
 export function drawsPage(): void {
   beforeAll(async () => {
-    for (const part of [Facts, HostPanel, RulesPanel, WaysPanel]) await part.load();
+    for (const part of [Facts, HostPanel, RulesPanel, Watching, WaysPanel]) await part.load();
   });
   beforeEach(draw);
   afterEach(undraw);

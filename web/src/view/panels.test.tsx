@@ -58,6 +58,7 @@ it("shows how well it plays, what is sent and why", () => {
     };
     state.served.value = served();
     state.playout.value = playout();
+    state.box.value = { width: 800, height: 300 };
   });
   const told = (name: string) => getByText(body, name).nextElementSibling?.textContent;
   expect(button(/^Delay/).textContent).toBe("Delay46 ms");
@@ -69,6 +70,7 @@ it("shows how well it plays, what is sent and why", () => {
   expect(told("Sound gaps, last minute")).toBe("none");
   expect(told("Freezes, last minute")).toBe("1, longest 410 ms");
   expect(told("Playback")).toBe("Smooth");
+  expect(told("Picture shown")).toBe("400 × 300");
   expect(told("Picture sent")).toContain("640 × 480");
   expect(told("Sound sent")).toContain("20 ms packets");
   expect(told("Link")).toContain("2.4 Mbit/s");

@@ -20,7 +20,7 @@ import { LanguageChoice } from "./LanguageChoice";
 import { LossPanel } from "./LossPanel";
 import { Facts, HostPanel as LateHostPanel, RulesPanel } from "./Panels";
 import { Queue } from "./Queue";
-import { WaysPanel } from "./Settings";
+import { Watching, WaysPanel } from "./Settings";
 import { SoundMeter } from "./SoundMeter";
 import { StopButton } from "./StopButton";
 import { TapeBadge } from "./TapeBadge";
@@ -33,7 +33,8 @@ let state: State;
 let session: Session;
 
 beforeAll(async () => {
-  for (const part of [Facts, LateHostPanel, RulesPanel, WaysPanel, Hours]) await part.load();
+  for (const part of [Facts, LateHostPanel, RulesPanel, Watching, WaysPanel, Hours])
+    await part.load();
 });
 
 /** The host's page, with as much text as possible. */
