@@ -46,8 +46,15 @@ BOUNDS: Final = {
     "upload_budget._REPEAT_SHARE",
 }
 """Bounds for memory, for all links together, or for invalid input, which no link here reaches."""
-ELSEWHERE: Final = {"estimator._REPORTS"}
-"""Used only without feedback on the sound's packets, which all links here have."""
+ELSEWHERE: Final = {
+    "estimator._REPORTS",
+    "late_loop._CUT",
+    "late_loop._LATE_S",
+    "late_loop._LEAST_BPS",
+    "late_loop._ON_TIME_S",
+    "late_loop._STEP",
+}
+"""Used only without feedback on the sound's packets, or on a loop that is late: none here is."""
 
 MEASURES: Final = ("server/wax/congestion/*.py", "server/wax/sync/*.py")
 _HARNESS: Final = (

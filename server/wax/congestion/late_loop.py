@@ -11,11 +11,13 @@ import math
 from typing import Final
 
 _LATE_S: Final = 0.015
+"""The loop is late if its ticks are, on the mean of a second: single ones are then 50 ms late."""
 _ON_TIME_S: Final = 0.008
-"""Between the two the limit stays: the mean delay of the control loop's ticks in one second."""
+"""With a mean delay between the two the limit stays."""
 _CUT: Final = 0.8
+"""What a late second leaves: three of them halve the load."""
 _STEP: Final = 0.03
-"""Growth per second, as a part of what the observers want."""
+"""Growth per second, as a part of what the observers want: half a minute from nothing to all."""
 _LEAST_BPS: Final = 100_000
 """For each observer; sound and a small picture."""
 
