@@ -14,6 +14,7 @@ from tests.until import until
 from wax.clock import SystemClock
 from wax.config.robot import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.build_driver import limits_of
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.process.robot_lock import RobotLock
 
@@ -65,10 +66,11 @@ def test_the_second_server_waits_and_moves_nothing(
     made: Callable[[RobotSettings, str, Limits], ProcessDriver], log: Log
 ) -> None:
     """The second server does not open the robot until the first has released it."""
-    limits = Recorder.limits
-    first = made(settings_for(log), "recorder", limits)
+    settings = settings_for(log)
+    limits = limits_of(Recorder(settings, SystemClock()), settings)
+    first = made(settings, "recorder", limits)
     until(lambda: first.state().connected)
-    second = made(settings_for(log), "recorder", limits)
+    second = made(settings, "recorder", limits)
     until(lambda: str(second.state().problem) == TAKEN)
 
     def drives() -> bool:
