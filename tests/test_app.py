@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from structlog.testing import capture_logs
 from tests.hooks.receiver import receiving, secret_file
+from tests.until import async_until
 
 from wax.app import App
 from wax.capture.source import Picture
@@ -32,6 +33,7 @@ from wax.robot.simulated.robot import SimulatedRobot
 from wax.sentence import Sentence
 from wax.session.kept_state import KeptFile
 from wax.session.status import Status
+from wax.streams.live import LiveService
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of
 from wax.tape.shelf import Shelf
@@ -257,6 +259,16 @@ async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.Monkey
         await asyncio.wait_for(app.run(lambda _port: None), 10)
     assert told[0] == "stop"
     assert told[-1] == "close"
+
+
+async def test_the_streams_are_told_how_late_the_loop_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They get all ticks since the start, and how late these were together."""
+    told: list[tuple[int, float]] = []
+    monkeypatch.setattr("wax.app._RELIEVE_S", 0.05)
+    monkeypatch.setattr(LiveService, "relieve", lambda _, *late: told.append(late))
+    async with started(_app()):
+        await async_until(lambda: len(told) > 1 and told[-1][0] > told[0][0] > 0)
+    assert told[-1][1] > 0
 
 
 async def test_a_taken_port_is_a_sentence() -> None:

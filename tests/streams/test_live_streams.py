@@ -144,6 +144,20 @@ async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
     assert rig.streams.status().entry["rendition"] == alone["rendition"]
 
 
+@pytest.mark.parametrize("drives", [False, True])
+async def test_a_late_loop_sends_observers_less(*, drives: bool) -> None:
+    """Once the loop is late an observer's picture shrinks; the operator's does not."""
+    rig = Rig()
+    rig.begin()
+    rig.streams.set_role(OPERATOR if drives else SyncSettings(), drives=drives)
+    await rig.run(2.0)
+    assert rig.sizes[-1] == TOP
+    for second in range(1, 21):
+        rig.service.relieve(50 * second, 50 * second * 0.03)
+        await rig.run(1.0)
+    assert (rig.streams.status().entry["rendition"] == TOP) == drives
+
+
 async def test_messages_are_part_of_a_share_of_the_upload() -> None:
     """Rate that a viewer uses for data channels is not promised to others."""
     rig = Rig(upload_bps=1_400_000)

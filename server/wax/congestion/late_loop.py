@@ -11,7 +11,7 @@ import math
 from typing import Final
 
 _LATE_S: Final = 0.015
-"""The loop is late if its ticks are, on the mean of a second: single ones are then 50 ms late."""
+"""The loop is late if its ticks are, on the mean of a second."""
 _ON_TIME_S: Final = 0.008
 """With a mean delay between the two the limit stays."""
 _CUT: Final = 0.8
