@@ -48,13 +48,18 @@ BOUNDS: Final = {
 """Bounds for memory, for all links together, or for invalid input, which no link here reaches."""
 ELSEWHERE: Final = {
     "estimator._REPORTS",
+    "late_encoding._LATE_S",
+    "late_encoding._LATE_SHARE",
+    "late_encoding._MAX_PAUSE_S",
+    "late_encoding._PAUSE_S",
+    "late_encoding._TRIAL_S",
     "late_loop._CUT",
     "late_loop._LATE_S",
     "late_loop._LEAST_BPS",
     "late_loop._ON_TIME_S",
     "late_loop._STEP",
 }
-"""Used only without feedback on the sound's packets, or on a loop that is late: none here is."""
+"""Used only without feedback on the sound's packets, or on a machine that is late: none here is."""
 
 MEASURES: Final = ("server/wax/congestion/*.py", "server/wax/sync/*.py")
 _HARNESS: Final = (

@@ -37,6 +37,8 @@ class Watched(NewestSlot[Picture]):
 class Studio:
     """A rendition with an encoder of known speed, and a camera."""
 
+    camera_fps = 30
+
     def __init__(self) -> None:
         self.clock = TurnedClock()
         self.slot = Watched()
@@ -64,7 +66,7 @@ class Studio:
 
     def _next(self) -> EncodedPicture:
         for _ in range(100):
-            taken_s = 50.0 + self.slot.count / 30
+            taken_s = 50.0 + self.slot.count / self.camera_fps
             self.slot.put(Picture(np.zeros((72, 64), np.uint8), taken_s))
             while True:
                 wants_the_next = self.slot.asked == self.slot.count
@@ -93,6 +95,14 @@ def test_the_load_is_what_encoding_takes(studio: Studio) -> None:
     assert studio.rendition.load == pytest.approx(TAKES_S * SETTINGS.fps, rel=0.05)
     studio.rendition.want(False)
     assert studio.rendition.load == 0.0
+
+
+def test_the_load_is_measured_against_the_camera(studio: Studio) -> None:
+    """A camera at a third of the rendition's rate leaves three times as long for a picture."""
+    studio.camera_fps = 10
+    studio.rendition.want(True)
+    studio.film(120)
+    assert studio.rendition.load == pytest.approx(TAKES_S * 10, rel=0.05)
 
 
 def test_after_a_rest_comes_a_keyframe(studio: Studio) -> None:

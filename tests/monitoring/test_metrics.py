@@ -66,6 +66,7 @@ def status() -> dict[str, Any]:
             },
             "audio": {"problem": "gone", "failures": 0, "captured_hz": 100.0, "dropped": 0},
         },
+        "limits": {"left": ["1280x720"], "largest": "960x540", "observers_bps": 2e6},
         "cameras": [
             {"name": "Door", "problem": "gone", "failures": 2, "captured_fps": 14.9},
         ],
@@ -127,6 +128,8 @@ def test_what_is_exported(lateness: Lateness) -> None:
         ("wax_viewers", "observer"): 2,
         ("wax_queue_length",): 1,
         ("wax_rendition_viewers", "640x480"): 3,
+        ("wax_sizes_left",): 1,
+        ("wax_observers_limited",): 1,
         ("wax_picture_age_seconds", "median", "all"): 0.16,
         ("wax_picture_age_seconds", "worst", "all"): 0.24,
         ("wax_picture_age_seconds", "worst", "operator"): 0.08,

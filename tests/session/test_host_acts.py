@@ -39,6 +39,13 @@ async def test_the_host_sees_who_is_here(rig: Rig, host: FakePeer) -> None:
     assert [line["host"] for line in bob.last("room")["viewers"]] == [True, False]
 
 
+async def test_the_host_reads_that_the_machine_is_too_busy(rig: Rig, host: FakePeer) -> None:
+    """While observers are sent less because the event loop is late, the host's page says so."""
+    rig.parts.pipelines.service.relieve(50, 50 * 0.03)
+    rig.wait(1.2, host)
+    assert [one["code"] for one in host.last("console")["problems"]] == ["busy.loop"]
+
+
 @pytest.mark.parametrize("switch", SWITCHES.values(), ids=lambda one: one.kept)
 async def test_a_switch_is_one_record(rig: Rig, host: FakePeer, switch: HostSwitch) -> None:
     """What the host switches is told to pages by its name there, and logged."""

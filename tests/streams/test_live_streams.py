@@ -11,8 +11,10 @@ from tests.streams.live_rig import BOTTOM, TOP, Rig
 
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.config.sync import SyncSettings
+from wax.encode.rendition import Rendition
 from wax.protocol import messages
 from wax.sentence import Sentence
+from wax.streams.interface import SendingLimits
 
 if TYPE_CHECKING:
     from wax.congestion.allocation import Allocation
@@ -152,10 +154,37 @@ async def test_a_late_loop_sends_observers_less(*, drives: bool) -> None:
     rig.streams.set_role(OPERATOR if drives else SyncSettings(), drives=drives)
     await rig.run(2.0)
     assert rig.sizes[-1] == TOP
+    assert rig.service.limits.problems() == []
     for second in range(1, 21):
         rig.service.relieve(50 * second, 50 * second * 0.03)
         await rig.run(1.0)
+    told = [one.code for one in rig.service.limits.problems()]
+    assert told == ([] if drives else ["busy.loop"])
     assert (rig.streams.status().entry["rendition"] == TOP) == drives
+
+
+async def test_a_size_that_is_encoded_too_slowly_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Everybody gets the next smaller size, is told why, and the host is told, until it is over."""
+    rig = Rig()
+    rig.begin()
+    rig.streams.set_role(OPERATOR, drives=True)
+    await rig.run(2.0)
+    assert rig.sizes[-1] == TOP
+    monkeypatch.setattr(Rendition, "load", property(lambda one: 1.1 * (one.settings.width > 320)))
+    for _ in range(5):
+        rig.service.relieve(0, 0.0)
+        await rig.run(1.0)
+    entry = rig.streams.status().entry
+    assert entry["rendition"] == "320x240 at 300 kbit/s"
+    assert entry["reason"] == "the robot's computer encodes nothing larger in time just now"
+    assert rig.service.limits == SendingLimits(["640x480"], "320x240")
+    assert [one.code for one in rig.service.limits.problems()] == ["busy.encoding"]
+    monkeypatch.setattr(Rendition, "load", property(lambda _: 0.1))
+    rig.clock.time_s += 30.0
+    rig.service.relieve(0, 0.0)
+    await rig.run(6.0)
+    assert rig.sizes[-1] == TOP
+    assert rig.service.limits.problems() == []
 
 
 async def test_messages_are_part_of_a_share_of_the_upload() -> None:

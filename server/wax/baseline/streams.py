@@ -17,7 +17,16 @@ from wax.config.video import RenditionSettings, VideoSettings
 from wax.congestion.control import CongestionControl
 from wax.protocol import messages
 from wax.sentence import Sentence
-from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, StreamState, UnitPattern
+from wax.streams.interface import (
+    Codecs,
+    Kind,
+    Lanes,
+    MessageRate,
+    Policy,
+    SendingLimits,
+    StreamState,
+    UnitPattern,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -287,6 +296,8 @@ class BaselineService:
         self._settings = settings
         self._video = video
         self._audio = audio
+
+    limits = SendingLimits()
 
     def relieve(self, ticks: int, late_s: float) -> None: ...
 

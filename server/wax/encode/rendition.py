@@ -29,7 +29,7 @@ asks. An operator's request is never delayed: nobody can drive without a picture
 _POLL_S: Final = 0.5
 
 _LOAD_WEIGHT: Final = 0.05
-"""The weight of one picture in the mean encoding time."""
+"""The weight of one picture in the mean encoding time, and in the mean frame interval."""
 
 
 class Rendition:
@@ -59,11 +59,15 @@ class Rendition:
         self._thread: threading.Thread | None = None
         self.encoded = 0
         self._encode_s = 0.0
+        self._interval_s = 1.0 / settings.fps
 
     @property
     def load(self) -> float:
-        """The fraction of a core that encoding takes; 0 while paused or before a first picture."""
-        return self._encode_s * self.settings.fps if self.wanted else 0.0
+        """The part of its frame interval that a picture's encoding takes; above 1 some are skipped.
+
+        It is the mean of the last pictures, 0 while paused or before a first one.
+        """
+        return self._encode_s / self._interval_s if self.wanted else 0.0
 
     @property
     def wanted(self) -> bool:
@@ -120,12 +124,17 @@ class Rendition:
         number = self._slot.count
         spacing_s = 1.0 / self.settings.fps
         due_s = 0.0
+        seen_s: float | None = None
         last_keyframe_s = float("-inf")
         while self._wanted.is_set() and not self._stopping.is_set():
             found = self._slot.newer_than(number, _POLL_S)
             if found is None:
                 continue
+            if seen_s is not None:
+                interval_s = max((found[1].captured_s - seen_s) / (found[0] - number), spacing_s)
+                self._interval_s += _LOAD_WEIGHT * (interval_s - self._interval_s)
             number, picture = found
+            seen_s = picture.captured_s
             # Some tolerance, so that a camera's jitter does not halve the rate; less than half a
             # frame, because at twice the rate every second picture is early by exactly that.
             late_s = picture.captured_s - due_s

@@ -119,6 +119,14 @@ class VideoHub:
         loads = [one.load for one in self._renditions.values()]
         return sum(loads) + max(loads) <= _CORES_SHARE * self._cores
 
+    @property
+    def loads(self) -> dict[str, float]:
+        """For each size, the largest load of its encoders (`Rendition.load`)."""
+        found: dict[str, float] = {}
+        for one in self._renditions.values():
+            found[one.settings.size] = max(found.get(one.settings.size, 0.0), one.load)
+        return found
+
     def prioritise(self, lane: HubLane) -> None:
         """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:

@@ -75,6 +75,7 @@ class Metrics(Collector):
         yield from _of_viewers(status["viewers"])
         yield from _of_turns(status, self._stops)
         yield from _of_streams(status["streams"])
+        yield from _of_limits(status["limits"])
         if status["cameras"]:
             yield from _of_cameras(status["cameras"])
         yield from self._of_server(status)
@@ -152,6 +153,19 @@ def _of_streams(streams: Mapping[str, Any]) -> Iterator[Metric]:
         "wax_encoded_pictures_hertz", "Pictures encoded", "rendition", video["encoded_fps"]
     )
     yield GaugeMetricFamily("wax_captured_sound_hertz", "Blocks of sound", audio["captured_hz"])
+
+
+def _of_limits(limits: Mapping[str, Any]) -> Iterator[Metric]:
+    yield GaugeMetricFamily(
+        "wax_sizes_left",
+        "The largest sizes of the picture that are not sent, as encoding fell behind",
+        len(limits["left"]),
+    )
+    yield GaugeMetricFamily(
+        "wax_observers_limited",
+        "1 while observers are sent less, as the event loop is late",
+        int(limits["observers_bps"] is not None),
+    )
 
 
 def _of_cameras(cameras: Sequence[Mapping[str, Any]]) -> Iterator[Metric]:

@@ -147,6 +147,7 @@ class PageMessages:
             reused=None if reused_at is None else shortened(reused_at),
             problems=[
                 *parts.kept.problems(),
+                *self._service.limits.problems(),
                 *parts.tunnel.problems(),
                 *parts.hooks.problems(),
                 *parts.house.problems(),

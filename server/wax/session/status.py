@@ -93,6 +93,7 @@ class Status:
                     "cut_ms": self._pipelines.blocks.dropped_ms,
                 },
             },
+            "limits": asdict(self._pipelines.service.limits),
             "cameras": [
                 self._camera(camera) | {"encoder": self._encoder(number)}
                 for number, camera in enumerate(self._pipelines.cameras, 1)

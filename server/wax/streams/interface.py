@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
+from wax.sentence import Sentence
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -76,6 +78,28 @@ class Lanes:
     sound: SoundLane
     congestion: CongestionControl
     cameras: Sequence[CameraLane] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SendingLimits:
+    """What viewers are not sent, because this machine is too busy for it.
+
+    `left` are sizes of the picture, the largest first, and `largest` is the largest that is sent;
+    `observers_bps` is for all observers together, None without a limit.
+    """
+
+    left: Sequence[str] = ()
+    largest: str = ""
+    observers_bps: float | None = None
+
+    def problems(self) -> list[Sentence]:
+        """Return what the host should know."""
+        found = []
+        if self.left:
+            found.append(Sentence("busy.encoding", {"size": self.left[0], "largest": self.largest}))
+        if self.observers_bps is not None:
+            found.append(Sentence("busy.loop"))
+        return found
 
 
 class StreamState(NamedTuple):
@@ -192,6 +216,11 @@ class Service(Protocol):
     connects; `Hello` repeats it for a page that was loaded from another server."""
     state_messages: MessageRate
     """How often a page may write on the state channel."""
+
+    @property
+    def limits(self) -> SendingLimits:
+        """What viewers are not sent just now, since the last `relieve`."""
+        ...
 
     @property
     def has_room(self) -> bool:

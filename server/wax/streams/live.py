@@ -7,23 +7,37 @@ Three decisions are made for each viewer, each by pure code: what their link car
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+import structlog
+
 from wax.congestion.allocator import Allocator
+from wax.congestion.late_encoding import LateEncoding
 from wax.congestion.late_loop import LateLoop
 from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.sound_choice import FIT_SHARE
 from wax.congestion.upload_budget import UploadBudget
+from wax.sentence import Sentence
 from wax.streams.camera_feeds import CameraFeeds
-from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, StreamState, UnitPattern
+from wax.streams.interface import (
+    Codecs,
+    Kind,
+    Lanes,
+    MessageRate,
+    Policy,
+    SendingLimits,
+    StreamState,
+    UnitPattern,
+)
 from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
 from wax.streams.served_notifier import ServedNotifier, served
 from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from wax.clock import Clock
     from wax.config.audio import AudioSettings
@@ -39,7 +53,10 @@ if TYPE_CHECKING:
     from wax.streams.interface import Page
     from wax.sync.playout import PlayoutReport
 
+_LOG = structlog.get_logger(__name__)
+
 _THIN_BPS: Final = 100_000
+_ALL: Final = Sentence("sent.all")
 _RESUME_S: Final = 0.5
 """The least time between two keyframe requests for a lane that cannot decode."""
 
@@ -57,6 +74,7 @@ class LiveStreams:
         audio: SoundHub,
         ladder: RenditionLadder,
         budget: UploadBudget,
+        late_encoding: LateEncoding,
         page: Page,
         sync: SyncSettings,
         cameras: Sequence[Camera] = (),
@@ -66,6 +84,7 @@ class LiveStreams:
         self._audio = audio
         self._ladder = ladder
         self._budget = budget
+        self._late_encoding = late_encoding
         self._page = page
         self._cameras = CameraFeeds(cameras)
         self._role_sync = sync
@@ -227,10 +246,11 @@ class LiveStreams:
     def _apply(self, estimate: LinkEstimate, now_s: float) -> None:
         if self._picture_lane is None or self._sound_lane is None:
             return
-        allowed = self._within_budget(estimate, now_s)
+        size = None if self._size is None else self._late_encoding.bounded(self._size)
+        allowed = self._within_budget(estimate, size, now_s)
         allocation = self._allocator.decide(
             allowed,
-            size=self._size,
+            size=size,
             sound=self._sound_wanted,
             sound_encodings=self._fixed_encodings(),
             sound_channels=self._audio.channels,
@@ -238,6 +258,8 @@ class LiveStreams:
             now_s=now_s,
             takes_redundancy=self._sound_lane.takes_redundancy,
         )
+        if size != self._size and allocation.reason == _ALL:
+            allocation = replace(allocation, reason=Sentence("sent.encoding"))
         before, self._allocation = self._allocation, allocation
         if allocation.tries and not (before and before.tries):
             self._congestion.try_more(now_s)
@@ -253,10 +275,12 @@ class LiveStreams:
                 now_s=now_s,
             )
 
-    def _within_budget(self, estimate: LinkEstimate, now_s: float) -> LinkEstimate:
+    def _within_budget(
+        self, estimate: LinkEstimate, size: str | None, now_s: float
+    ) -> LinkEstimate:
         """Return the estimate of a link that carries no more than this viewer's share."""
-        most_bps = self._ladder.most_bps(self._size)
-        if self._size is not None:
+        most_bps = self._ladder.most_bps(size)
+        if size is not None:
             most_bps += self._cameras.most_bps(estimate.rate_bps) / FIT_SHARE
         # The share includes data channels, whatever they carry.
         wants_bps = min(estimate.rate_bps, most_bps + self._congestion.other_bps)
@@ -339,11 +363,22 @@ class LiveService:
         self._ladder = RenditionLadder(video_settings, audio_settings)
         self._budget = UploadBudget(upload_bps)
         self._late_loop = LateLoop()
+        self._late_encoding = LateEncoding(video.sizes)
 
     def relieve(self, ticks: int, late_s: float) -> None:
+        before = self.limits
         wants_bps = self._budget.observers_want_bps
         self._late_loop.update(ticks, late_s, wanted_bps=sum(wants_bps), observers=len(wants_bps))
         self._budget.limit_observers(self._late_loop.most_bps)
+        loads = self._video.loads
+        self._late_encoding.update(loads, self._clock.now_s())
+        _log_changes(before, self.limits, loads)
+
+    @property
+    def limits(self) -> SendingLimits:
+        left, most_bps = self._late_encoding.left, self._late_loop.most_bps
+        largest = self._late_encoding.bounded(self._video.sizes[0])
+        return SendingLimits(left, largest, most_bps if math.isfinite(most_bps) else None)
 
     @property
     def has_room(self) -> bool:
@@ -364,10 +399,27 @@ class LiveService:
             audio=self._audio,
             ladder=self._ladder,
             budget=self._budget,
+            late_encoding=self._late_encoding,
             page=page,
             sync=sync,
             cameras=self._cameras,
         )
+
+
+def _log_changes(before: SendingLimits, now: SendingLimits, loads: Mapping[str, float]) -> None:
+    if len(now.left) > len(before.left):
+        _LOG.warning(
+            "encoding falls behind; the largest size is left for a while",
+            left=now.left[-1],
+            largest=now.largest,
+            loads={size: round(load, 2) for size, load in loads.items() if load},
+        )
+    elif now.left != before.left:
+        _LOG.info("a size that was left is tried again", size=now.largest)
+    if before.observers_bps is None and now.observers_bps is not None:
+        _LOG.warning("the event loop is late; all observers together are sent less")
+    elif now.observers_bps is None and before.observers_bps is not None:
+        _LOG.info("the event loop is on time; observers are sent what their links carry")
 
 
 def _falls(old: Step, new: Step) -> bool:

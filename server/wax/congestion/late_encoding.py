@@ -1,0 +1,77 @@
+"""Which sizes of the picture are left while this machine does not encode them in time. Pure.
+
+Another program or heat may slow a machine down that passed its trial at the start. A picture that
+takes longer to encode than its frame interval delays and drops the next ones; a smaller one is
+fluent.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.congestion.allocation import area
+from wax.congestion.upgrade_backoff import Since
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+_LATE_SHARE: Final = 0.9
+"""Encoding falls behind if it takes more than this part of the frame interval."""
+_LATE_S: Final = 3.0
+"""A size is left after this long: keyframes and short bursts of other work pass."""
+_PAUSE_S: Final = 30.0
+"""A size is tried again after this long, and after twice as long each time it fails."""
+_MAX_PAUSE_S: Final = 960.0
+"""Each trial in vain is some seconds of stutter; heat and other programs last for longer."""
+_TRIAL_S: Final = 60.0
+"""A size that is left again within this time has failed."""
+
+
+class LateEncoding:
+    """Call `update` about once a second; `now_s` never falls."""
+
+    def __init__(self, sizes: Iterable[str]) -> None:
+        """Raise ValueError for an invalid size."""
+        self._sizes = sorted(set(sizes), key=area, reverse=True)
+        self._left = 0
+        self._late = Since()
+        self._pause_s = _PAUSE_S
+        self._changed_s = self._tried_s = -math.inf
+
+    @property
+    def left(self) -> list[str]:
+        """The sizes that nobody is sent, the largest first; never all."""
+        return self._sizes[: self._left]
+
+    def bounded(self, size: str) -> str:
+        """Return this size, or the largest that is sent if this one is larger."""
+        most = self._sizes[self._left]
+        return min(size, most, key=area) if self._left else size
+
+    def update(self, loads: Mapping[str, float], now_s: float) -> None:
+        """Take how much of its frame interval each size's encoder needs; 0 while it rests."""
+        used = (at for at in range(self._left, len(self._sizes)) if self._load(loads, at) > 0)
+        top = next(used, self._left)
+        is_late = self._load(loads, top) > _LATE_SHARE and top < len(self._sizes) - 1
+        if self._late.lasts(is_late, _LATE_S, now_s):
+            self._back_off(now_s)
+            self._left, self._changed_s, self._late = top + 1, now_s, Since()
+        elif self._left and now_s - self._changed_s >= self._pause_s:
+            self._try(self._load(loads, self._left - 1), now_s)
+
+    def _try(self, load: float, now_s: float) -> None:
+        # A tape may have the size encoded all the time, which shows that it is still too slow.
+        if load <= _LATE_SHARE:
+            self._left -= 1
+            self._changed_s = self._tried_s = now_s
+
+    def _back_off(self, now_s: float) -> None:
+        if now_s - self._tried_s < _TRIAL_S:
+            self._pause_s = min(2 * self._pause_s, _MAX_PAUSE_S)
+        elif now_s - self._changed_s >= _TRIAL_S:
+            self._pause_s = _PAUSE_S
+        self._tried_s = -math.inf
+
+    def _load(self, loads: Mapping[str, float], at: int) -> float:
+        return loads.get(self._sizes[at], 0.0)
