@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.sync.link_model import default_sounds, default_steps
 
-from wax.congestion.allocation import Allocation, SoundEncoding, Step
+from wax.congestion.allocation import Allocation, SoundEncoding, Step, area
 from wax.congestion.allocator import Allocator
 from wax.congestion.control import LinkEstimate, LinkState
 from wax.congestion.wire_cost import picture_bps, sound_bps
@@ -204,6 +204,28 @@ def test_a_larger_wish_is_met_at_once_unless_the_link_was_the_limit() -> None:
         viewer.size = "640x480"
         assert viewer.run(0.1, 2e6)[-1].step == large
         viewer.size = "320x240"
+
+
+@given(st.lists(st.sampled_from(["640x480", "320x240", "160x120", None]), min_size=60, max_size=60))
+@example(["640x480", "160x120"] * 30)
+@example(["640x480", None] * 30)
+@examples(50)
+def test_wishes_that_change_all_the_time_raise_the_picture_a_few_times_a_minute(
+    wishes: list[str | None],
+) -> None:
+    """Whatever is wished each second, the picture shrinks at once, and grows 19 times a minute."""
+    viewer = Viewer()
+    viewer.run(10, 5e6)
+    grown, least_bps = 0, STEPS[-1].bitrate_bps
+    before_bps = STEPS[0].bitrate_bps
+    for wish in wishes:
+        viewer.size = wish
+        for allocation in viewer.run(1.0, 5e6):
+            step, is_wanted = allocation.step, wish is not None
+            assert step is None or (is_wanted and area(step.size) <= area(wish or ""))
+            rate_bps = least_bps if step is None else step.bitrate_bps
+            grown, before_bps = grown + (rate_bps > before_bps), rate_bps
+    assert grown <= 4 + 60 / 20 + 60 / 5
 
 
 def test_a_rise_that_failed_is_tried_later_each_time() -> None:

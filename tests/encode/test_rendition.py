@@ -43,14 +43,28 @@ class Studio:
         self.clock = TurnedClock()
         self.slot = Watched()
         self.made: Queue[EncodedPicture] = Queue()
+        self.encoders = 0
         self.rendition = Rendition(
             settings=SETTINGS,
             keyframe_interval_s=10.0,
-            make_encoder=lambda: self,
+            make_encoder=self._made,
             slot=self.slot,
             clock=self.clock,
             deliver=self.made.put,
         )
+
+    def _made(self) -> Studio:
+        self.encoders += 1
+        return self
+
+    def pause(self) -> None:
+        """Pause the rendition until it has noticed, and resume it."""
+        before = self.encoders
+        while self.encoders == before:
+            self.rendition.want(False)
+            self.slot.put(Picture(np.zeros((72, 64), np.uint8), 50.0))
+            self.rendition.want(True)
+        self.made.queue.clear()
 
     def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
         self.clock.time_s += TAKES_S
@@ -143,3 +157,17 @@ def test_whoever_asks_all_the_time_gets_a_keyframe_a_second(studio: Studio) -> N
 
     assert asked(30, is_urgent=False) in (14, 15, 16)  # in 9 s, and six at first
     assert asked(5, is_urgent=True) == 5
+
+
+def test_a_pause_gives_no_further_keyframe(studio: Studio) -> None:
+    """After a burst, the first picture after a pause waits as a request does."""
+    studio.rendition.want(True)
+    for _ in range(8):
+        studio.rendition.request_keyframe()
+        studio.clock.time_s += 0.31
+        studio.film(1)
+    studio.pause()
+    with pytest.raises(AssertionError, match="nothing is encoded"):
+        studio.film(1)
+    studio.clock.time_s += 1.0
+    assert studio.film(1)[0].keyframe

@@ -10,6 +10,7 @@ from wax.congestion.sound_choice import FIT_SHARE, SoundChoice
 from wax.congestion.sound_choice import REDUNDANCY_LOSS_SHARE as _LOSSY
 from wax.congestion.upgrade_backoff import Since, Trials
 from wax.congestion.wire_cost import picture_bps
+from wax.rate_limits import TokenBucket
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -32,6 +33,10 @@ _FALL_HOLD_S: Final = 1.0
 _GIVE_UP_HOLD_S: Final = 4.0
 """The picture is given up when not even its lowest layer has fitted for this long. Until then
 pictures wait for the pacer: a burst of messages ends sooner than a given-up picture returns."""
+_WISHES_HZ: Final = 0.05
+_WISHES_BURST: Final = 4
+"""Larger pictures that a viewer gets at once by wish; beyond that a wish waits as an upgrade does,
+because each one takes a keyframe, and perhaps one more encoder."""
 _FULL_QUEUE_MS: Final = 100.0
 """No keyframe is sent behind a longer queue: it would be old on arrival."""
 _PAUSE_S: Final = 5.0
@@ -51,7 +56,7 @@ class Allocator:
 
     A downgrade is immediate: one decision drops upper layers, and the step follows. An upgrade
     waits until the better step has fitted for a while, longer after each failed upgrade, with at
-    most one step in 5 s; during startup it is immediate, too.
+    most one step in 5 s; during startup, and for the first few wishes, it is immediate, too.
     """
 
     def __init__(self, steps: Sequence[Step], sounds: Sequence[SoundEncoding]) -> None:
@@ -64,7 +69,8 @@ class Allocator:
         self._now_s = -math.inf
         self._at: int | None = None
         self._best: int | None = None
-        """The best step of a size that is wanted."""
+        """The best step of a size that is wanted; None while no picture is."""
+        self._wishes = TokenBucket(_WISHES_HZ, _WISHES_BURST)
         self._cut = 0
         self._changed_s = -math.inf
         self._trials = Trials()
@@ -134,11 +140,11 @@ class Allocator:
             now_s=self._now_s,
         )
         if not allowed:
-            self._at, self._gone_s, self._unfit = None, None, Since()
+            self._at, self._best, self._gone_s, self._unfit = None, None, None, Since()
             return Allocation(None, 0, encoding, redundancy, Sentence("sent.no_picture"))
-        is_wished = self._at == self._best != allowed[0]
+        is_wished = self._is_wished(allowed[0])
         self._best = allowed[0]
-        self._follow(estimate, allowed, is_wished=is_wished and not self._trials.is_doubtful)
+        self._follow(estimate, allowed, is_wished=is_wished)
         reason = self._reason(estimate, allowed)
         if self._at is None:
             return Allocation(None, 0, encoding, redundancy, reason)
@@ -146,6 +152,11 @@ class Allocator:
         top = step.layers - self._cut
         left = self._left(estimate, allowed)
         return Allocation(step, top, encoding, redundancy, reason, tries, *left)
+
+    def _is_wished(self, best: int) -> bool:
+        """Whether the viewer now wants a larger picture, and gets it at once if it fits."""
+        is_larger = self._at == self._best > best if self._best is not None else True
+        return is_larger and not self._trials.is_doubtful and self._wishes.take(self._now_s)
 
     def _left(self, estimate: LinkEstimate, allowed: Sequence[int]) -> tuple[float, float]:
         """Return the rates that other cameras may start with and keep; 0 while layers are cut."""
@@ -170,7 +181,7 @@ class Allocator:
         if self._gone_s is not None and not self._comes_back(estimate, last, calm=calm):
             return
         if self._at not in allowed:
-            self._move(target)
+            self._move(last if self._at is None and not is_wished else target)
         assert self._at is not None
         cut = self._needed_cut(estimate, self._at, is_last=self._at == last)
         if cut is None and self._at != last:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import TYPE_CHECKING, Final
 
 import structlog
+
+from wax.rate_limits import TokenBucket
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,7 +27,9 @@ _KEYFRAME_SPACING_S: Final = 0.3
 _KEYFRAMES_HZ: Final = 1.0
 _KEYFRAMES_BURST: Final = 6.0
 """Token bucket of requested keyframes, because all viewers receive each one and some viewer always
-asks. An operator's request is never delayed: nobody can drive without a picture."""
+asks. It also holds for the first picture after a pause, since viewers who come and go pause a
+rendition as they like. An operator's request is never delayed: nobody can drive without a picture.
+"""
 
 _POLL_S: Final = 0.5
 
@@ -54,7 +59,8 @@ class Rendition:
         self._wanted = threading.Event()
         self._keyframe = threading.Event()
         self._is_urgent = False
-        self._spare = _KEYFRAMES_BURST
+        self._keyframes = TokenBucket(_KEYFRAMES_HZ, _KEYFRAMES_BURST)
+        self._keyframe_s = -math.inf
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self.encoded = 0
@@ -74,7 +80,7 @@ class Rendition:
         return self._wanted.is_set()
 
     def want(self, wanted: bool) -> None:
-        """Start or pause encoding; the first picture after a pause is a keyframe."""
+        """Start or pause encoding; it starts with a keyframe, as soon as one is allowed."""
         if wanted and not self._wanted.is_set():
             self._keyframe.set()
             self._wanted.set()
@@ -125,7 +131,7 @@ class Rendition:
         spacing_s = 1.0 / self.settings.fps
         due_s = 0.0
         seen_s: float | None = None
-        last_keyframe_s = float("-inf")
+        is_fresh = True
         while self._wanted.is_set() and not self._stopping.is_set():
             found = self._slot.newer_than(number, _POLL_S)
             if found is None:
@@ -141,23 +147,28 @@ class Rendition:
             if late_s < -0.4 * spacing_s:
                 continue
             due_s = spacing_s + (due_s if late_s < spacing_s else picture.captured_s)
-            keyframe = self._keyframe_due(self._clock.now_s() - last_keyframe_s)
             began_s = self._clock.now_s()
+            keyframe = self._keyframe_due(began_s, is_fresh=is_fresh)
+            if is_fresh and not keyframe:
+                continue
             encoded = encoder.encode(picture, keyframe=keyframe)
             if encoded is None:
                 continue
             self._encode_s += _LOAD_WEIGHT * (self._clock.now_s() - began_s - self._encode_s)
             if encoded.keyframe:
-                last_keyframe_s = self._clock.now_s()
+                is_fresh, self._keyframe_s = False, self._clock.now_s()
             self.encoded += 1
             self._deliver(encoded)
 
-    def _keyframe_due(self, since_s: float) -> bool:
-        spare = min(self._spare + since_s * _KEYFRAMES_HZ, _KEYFRAMES_BURST)
-        may_be = since_s >= _KEYFRAME_SPACING_S and (spare >= 1.0 or self._is_urgent)
-        if not (self._keyframe.is_set() and may_be) and since_s < self._keyframe_interval_s:
+    def _keyframe_due(self, now_s: float, *, is_fresh: bool) -> bool:
+        since_s = now_s - self._keyframe_s
+        is_requested = is_fresh or self._keyframe.is_set()
+        may_be = since_s >= _KEYFRAME_SPACING_S and (
+            self._keyframes.level(now_s) >= 1 or self._is_urgent
+        )
+        if not (is_requested and may_be) and since_s < self._keyframe_interval_s:
             return False
-        self._spare = max(spare - 1.0, 0.0)
+        self._keyframes.take(now_s)
         self._is_urgent = False
         self._keyframe.clear()  # one keyframe serves all requests and the interval
         return True
