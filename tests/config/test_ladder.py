@@ -11,7 +11,10 @@ from hypothesis import strategies as st
 from wax.config.ladder import BESIDE, DRIVING, ladder
 from wax.config.video import RenditionSettings
 
-SIDES = {"min_value": 16, "max_value": 1920}
+LYING = st.tuples(st.integers(16, 1920), st.integers(16, 1080))
+SIZES = st.one_of(LYING, LYING.map(lambda size: size[::-1])).map(
+    lambda halves: (2 * halves[0], 2 * halves[1])
+)
 
 
 def told(width: int, height: int, fps: float = 30.0) -> list[str]:
@@ -19,21 +22,22 @@ def told(width: int, height: int, fps: float = 30.0) -> list[str]:
 
 
 @given(
-    st.integers(**SIDES).map(lambda half: half * 2),
-    st.integers(16, 1080).map(lambda half: half * 2),
+    SIZES,
     st.floats(1.0, 240.0),
     st.sampled_from([DRIVING, BESIDE]),
 )
-@example(1280, 720, 30.0, DRIVING)
-@example(1080, 1920, 30.0, DRIVING)
-@example(2560, 1080, 30.0, DRIVING)
-@example(720, 720, 30.0, DRIVING)
-@example(32, 32, 1.0, BESIDE)
-@example(3840, 2160, 60.0, DRIVING)
+@example((1280, 720), 30.0, DRIVING)
+@example((1080, 1920), 30.0, DRIVING)
+@example((2560, 1080), 30.0, DRIVING)
+@example((720, 720), 30.0, DRIVING)
+@example((32, 32), 1.0, BESIDE)
+@example((3840, 2160), 60.0, DRIVING)
+@example((2160, 3840), 60.0, BESIDE)
 def test_every_camera_has_a_ladder_of_its_own_shape(
-    width: int, height: int, fps: float, steps: tuple[object, ...]
+    size: tuple[int, int], fps: float, steps: tuple[object, ...]
 ) -> None:
     """Each step is valid, even, of the camera's shape, and cheaper than the one above."""
+    width, height = size
     found = ladder(width, height, fps, steps)  # type: ignore[arg-type]
     assert found[0][:2] == (width, height)
     assert len(found) <= len(steps) + 1

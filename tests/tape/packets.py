@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from wax.encode.encoded import EncodedPicture, EncodedSound
 
-SIZE: Final = (64, 48)
+SIZE: Final = (66, 50)
+"""No multiple of 16, and with an odd number of rows of chroma."""
 FPS: Final = 30
 _FLASH_EVERY_S: Final = 1.0
 

@@ -22,6 +22,8 @@ _WHITE: Final = 235
 _BLACK: Final = 16
 _WIDTH_FRACTION: Final = 0.9
 """Wide enough to be readable after the picture is scaled down by four."""
+_HEIGHT_FRACTION: Final = 0.15
+"""What it may cover of a picture that is much wider than high."""
 
 
 class TimestampOverlay:
@@ -55,13 +57,19 @@ def overlay_time(picture: Picture, wall_ms: int) -> Picture:
 
 
 def draw_text(luma: NDArray[np.uint8], text: str, *, bottom: int) -> None:
-    """Write white letters with a dark outline, centred and 9/10 of the width wide, into a plane."""
+    """Write white letters with a dark outline, centred and 9/10 of the width wide, into a plane.
+
+    In a picture that is much wider than high they are narrower, and 15 % as high as it.
+    """
     # Drawn at one size and then scaled: OpenCV 4 and 5 disagree on the width of a scaled text.
     (text_width, text_height), below = cv2.getTextSize(text, _FONT, 1.0, 2)
     letters = np.zeros((text_height + below, text_width), np.uint8)
     cv2.putText(letters, text, (0, text_height), _FONT, 1.0, 255, 2, cv2.LINE_AA)
-    width = round(_WIDTH_FRACTION * luma.shape[1])
-    height = max(1, round(letters.shape[0] * width / text_width))
+    scale = min(
+        _WIDTH_FRACTION * luma.shape[1] / text_width,
+        _HEIGHT_FRACTION * luma.shape[0] / letters.shape[0],
+    )
+    width, height = (max(1, round(scale * side)) for side in letters.shape[::-1])
     letters = cv2.resize(letters, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
     outline = max(1, width // 300)
     letters = np.pad(letters, outline)

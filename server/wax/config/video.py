@@ -19,6 +19,7 @@ AUTO: Final = "auto"
 and `wax.encode.auto_size` replaces it once it is."""
 MIN_FOV_DEG: Final = 10.0
 MIN_CAMERA_HEIGHT_M: Final = 0.02
+MAX_SHORTER_SIDE: Final = 2160
 MAX_CAPTURE_FPS: Final = 240.0
 """The maximum of a camera; a rendition has at most 60."""
 
@@ -28,12 +29,21 @@ class RenditionSettings(ConfigTable):
 
     width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)]
     """Its width in pixels."""
-    height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)]
-    """Its height in pixels."""
+    height: Annotated[int, Field(ge=32, le=3840, multiple_of=2)]
+    """Its height in pixels; the shorter side has at most 2160."""
     fps: Annotated[float, Field(ge=1, le=60)]
     """Pictures a second."""
     bitrate_bps: Annotated[int, Field(ge=10_000, le=20_000_000)]
     """Bits a second, less at each step."""
+
+    @model_validator(mode="after")
+    def _is_within_levels(self) -> Self:
+        if min(self.width, self.height) > MAX_SHORTER_SIDE:
+            raise ValueError(
+                f"{self.size} is more than H.264's levels allow at any rate; the shorter side has"
+                f" at most {MAX_SHORTER_SIDE}"
+            )
+        return self
 
     @property
     def size(self) -> str:
