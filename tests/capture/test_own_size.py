@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import av
+import cv2
 import numpy as np
 import pytest
 from av.video.frame import VideoFrame
+from tests.capture.file.test_stream_clock import multipart, serving
 
 from wax.capture.own_size import HD, VGA, Size, own_size
 from wax.capture.v4l2_modes import Mode
@@ -55,13 +58,13 @@ def test_a_slow_rate_is_enough_where_it_is_configured() -> None:
         ("testcard", HD),
         ("picamera", HD),
         ("package.module:Class", HD),
-        ("rtsp://camera.example/", HD),
-        ("http://camera.example/stream.mjpg", VGA),
+        ("rtsp://127.0.0.1:9/", HD),
+        ("http://127.0.0.1:9/stream.mjpg", VGA),
         ("none", HD),
     ],
 )
 def test_what_is_not_known_before_it_is_opened_has_a_usual_size(source: str, size: Size) -> None:
-    """Nothing is opened over the network to learn a size."""
+    """No camera is opened to learn a size, and who does not answer has a likely one."""
     assert found(source) == size
 
 
@@ -87,3 +90,20 @@ def test_a_film_keeps_its_shape(
         container.mux(stream.encode(VideoFrame.from_ndarray(picture, format="yuv420p")))
         container.mux(stream.encode(None))
     assert found(str(path)) == size
+
+
+@pytest.mark.parametrize(
+    ("given", "size"),
+    [
+        ((320, 180), (320, 180)),
+        ((1920, 1080), (1280, 720)),
+        ((960, 720), (960, 720)),
+        ((102, 178), (102, 178)),
+    ],
+)
+def test_a_stream_has_the_size_of_its_own(given: tuple[int, int], size: tuple[int, int]) -> None:
+    """A network camera is asked at the start, once, and its pictures are never enlarged."""
+    content = cv2.imencode(".jpg", np.full((given[1], given[0], 3), 90, np.uint8))[1].tobytes()
+    asked: list[float] = []
+    with serving(multipart(repeat(content, 60), 60.0, asked)) as address:
+        assert found(address) == size

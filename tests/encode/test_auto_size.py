@@ -28,6 +28,7 @@ class Machine:
         self.ms = ms
         self.hardware = hardware
         self.tried: list[str] = []
+        self.asked = 0
 
     def choose(self, cameras: Sequence[VideoSettings]) -> list[Encoders]:
         trial = Trial("h264_qsv", ms=dict.fromkeys(self.hardware, 2.0))
@@ -39,6 +40,7 @@ class Machine:
 
     def prepare(self, *, shape: tuple[int, int] = (16, 9), **tables: Any) -> Prepared:
         def own_size(_video: Any, _driver: Any, most: Size, **_: Any) -> OwnSize:
+            self.asked += 1
             return OwnSize(Size(most.height * shape[0] // shape[1] // 2 * 2, most.height), "it is")
 
         return prepare(
@@ -83,6 +85,14 @@ def test_a_machine_that_is_too_slow_sends_vga_and_says_so() -> None:
         "warning",
         True,
     )
+
+
+def test_a_slow_machine_asks_a_stream_for_its_size_once() -> None:
+    """The smaller size is made from the one that is known, in its proportions."""
+    slow = Machine(80.0)
+    prepared = slow.prepare(video={"source": "rtsp://camera.example/"})
+    assert sizes(prepared.settings.video)[:2] == ["640x360", "640x360"]
+    assert slow.asked == 1
 
 
 def test_hardware_makes_a_slow_processor_fast_enough() -> None:

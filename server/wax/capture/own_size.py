@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from av.error import FFmpegError
@@ -19,6 +20,7 @@ from wax.plugin import is_plugin_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from wax.capture.file.address import Transport
     from wax.config.video import VideoSettings
     from wax.driver.interface import Driver
 
@@ -57,7 +59,8 @@ def own_size(
 ) -> OwnSize:
     """Return the best size of this source that fits into `most`; `taken` is as in `make_sources`.
 
-    No camera and no address is opened for it, so a stream's size is a guess.
+    A file or an address is opened for it, and no camera. An address that does not answer is given
+    up after some seconds (`open_container`).
     """
     source = video.source
     if source in ("auto", "robot") and isinstance(driver, HasCamera):
@@ -70,9 +73,7 @@ def own_size(
     if device is not None:
         return _of_modes(list_modes(device), most, min(video.fps, ENOUGH_FPS))
     if is_network(source):
-        # Most cameras with RTSP are wide, and the small ones with multipart JPEG are not.
-        size = most if is_rtsp(source) else VGA
-        return OwnSize(size, "how large a stream is shows only later")
+        return _of_stream(source, video.rtsp_transport, most)
     if source == "auto" or is_plugin_name(source) or not expanded(source).is_file():
         return OwnSize(most, "the source has any size")
     return _of_file(source, most)
@@ -85,9 +86,24 @@ def _of_modes(modes: Sequence[Mode], most: Size, least_fps: float) -> OwnSize:
     fluent = [one for one in fit if one.fps >= least_fps]
     if fluent:
         best = max(fluent, key=lambda one: (one.width * one.height, one.fps))
-        return OwnSize(_within(*best[:2], most), f"the camera has it at {best.fps:.3g} fps")
+        return OwnSize(fitted(*best[:2], most), f"the camera has it at {best.fps:.3g} fps")
     best = max(fit or modes, key=lambda one: (one.fps, -one.width * one.height))
-    return OwnSize(_within(*best[:2], most), "the camera has none that is faster")
+    return OwnSize(fitted(*best[:2], most), "the camera has none that is faster")
+
+
+def _of_stream(address: str, transport: Transport, most: Size) -> OwnSize:
+    width, height = 0.0, 0.0
+    failures = suppress(FFmpegError, OSError, SourceError, IndexError)
+    with failures, open_container(address, transport) as container:
+        stream = container.streams.video[0]
+        if stream.codec_context is not None:
+            width = stream.codec_context.width * float(stream.sample_aspect_ratio or 1)
+            height = float(stream.codec_context.height)
+    if width and height:
+        return OwnSize(fitted(width, height, most), "the stream has this shape")
+    # Most cameras with RTSP are wide, and the small ones with multipart JPEG are not.
+    size = most if is_rtsp(address) else VGA
+    return OwnSize(size, "a guess, because the stream did not answer at the start")
 
 
 def _of_file(name: str, most: Size) -> OwnSize:
@@ -99,11 +115,11 @@ def _of_file(name: str, most: Size) -> OwnSize:
     except (FFmpegError, OSError, SourceError, IndexError, StopIteration):
         return OwnSize(VGA, "the file does not say how large its pictures are")
     shape = frame.width * aspect, float(frame.height)
-    size = _within(*(shape[::-1] if round(frame.rotation / 90) % 2 else shape), most)
+    size = fitted(*(shape[::-1] if round(frame.rotation / 90) % 2 else shape), most)
     return OwnSize(size, "the file has this shape")
 
 
-def _within(width: float, height: float, most: Size) -> Size:
+def fitted(width: float, height: float, most: Size) -> Size:
     """Return the size in proportion that fits into `most`, lying or standing, never enlarged."""
     longer, shorter = most
     box = (longer, shorter) if width >= height else (shorter, longer)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
 import structlog
 
-from wax.capture.own_size import HD, VGA, OwnSize, Size, own_size
+from wax.capture.file.address import is_network
+from wax.capture.own_size import HD, VGA, OwnSize, Size, fitted, own_size
 from wax.config.camera import CameraSettings
 from wax.config.ladder import BESIDE, DRIVING
 from wax.config.video import VideoSettings, ladder_settings, upright_size
@@ -74,11 +76,20 @@ def prepare(
         return Prepared(settings, [], [f"{_size(settings.video)}: the thesis's policy has its own"])
     video, cameras = settings.video, settings.camera
     taken = [one.source for one in cameras]
-    beside = [_sized(one, partial(own_size, one, driver, VGA)) for one in cameras]
+    with ThreadPoolExecutor() as pool:  # an address that does not answer takes seconds
+        looks = [partial(own_size, one, driver, VGA) for one in cameras]
+        beside = list(pool.map(_sized, cameras, looks))
     others, told = [one for one, _ in beside], [why for _, why in beside]
 
-    def prepared(most: Size, why: str = "", *, is_slow: bool = False) -> Prepared:
-        view, chosen = _sized(video, lambda: own_size(video, driver, most, taken=taken), why)
+    def prepared(
+        most: Size, why: str = "", *, is_slow: bool = False, known: Size | None = None
+    ) -> Prepared:
+        def look() -> OwnSize:
+            if known is not None:
+                return OwnSize(fitted(*known, most), why)
+            return own_size(video, driver, most, taken=taken)
+
+        view, chosen = _sized(video, look, why)
         found = settings.model_copy(update={"video": view, "camera": others})
         return Prepared(found, choose([view, *others]), [chosen, *told], is_slow)
 
@@ -98,7 +109,11 @@ def prepare(
         f"the processor encodes {top.size} in {took_ms:.1f} ms, and {may_ms:.0f} ms is the most"
     )
     if took_ms > may_ms:
-        return prepared(VGA, f"this machine is too slow for more: {measured}", is_slow=True)
+        # A stream is asked once: many cameras serve one client, or lock out who comes often.
+        view = best.settings.video
+        known = Size(view.width, view.height) if is_network(video.source) else None
+        why = f"this machine is too slow for more: {measured}"
+        return prepared(VGA, why, is_slow=True, known=known)
     return Prepared(best.settings, best.encoders, [f"{best.chosen[0]}; {measured}", *told])
 
 
