@@ -30,7 +30,15 @@ FRAME_MS: Final = 40.0
 """How long a picture lasts where none is left out."""
 ROUNDED_MS: Final = 2.0
 """A picture's stamp and its time in WebM are whole milliseconds."""
-RECORDING: Final = toml.card_with(recording="enabled = true\nmin_free_gb = 0.0\nnames = true")
+RECORDING: Final = toml.card_with(
+    recording="""
+enabled = true
+min_free_gb = 0.0
+names = true
+purpose = "A robot learns from it."
+ask_task = true
+"""
+)
 
 
 def times_ms(media: Path) -> list[float]:
@@ -75,11 +83,17 @@ async def test_what_was_driven_is_replayed(
         await ada.takes_the_wheel()
         await badge.get_by_role("button", name="Keep the last two minutes").click()
         await ada.page.get_by_text("The last two minutes are kept.").wait_for()
+        task = ada.page.get_by_role("textbox", name="Your task")
+        await task.fill("a little ahead")
+        await task.press("Enter")  # which returns the keys to driving
         await turn_by_key(server, ada, "ArrowUp")
         await asyncio.sleep(1.0)
         await ada.button("Stop").click()
         await ada.page.keyboard.up("ArrowUp")
         await asyncio.sleep(0.5)
+        await ada.button("End my turn").click()
+        await ada.button("Do not use my recording").click()
+        await ada.page.get_by_text("The recording of your turn will not be used.").wait_for()
         folder = server.state_folder / "tape"
     (part,) = Shelf(folder).parts()
     assert part.kept == "operator"
@@ -100,6 +114,9 @@ async def test_what_was_driven_is_replayed(
         )
         assert content["problem"] is None
         began_ms = content["began_wall_ms"]
+        events = {one["event"]["type"]: one["event"] for one in content["events"]}
+        assert events["tasked"]["text"] == "a little ahead"
+        assert events["disowned"]["turn"] == events["tasked"]["turn"]
 
         async def shows(at_ms: float) -> bool:
             card = await viewer.probe("newest()")

@@ -28,6 +28,8 @@ CELLS: dict[permissions.Act, str] = {
     messages.Stop: f"{INSIDE} house",
     messages.Drive: "operator host",
     messages.KeepTape: "adviser operator host",
+    messages.SetTask: "adviser operator host",
+    messages.Disown: INSIDE,
     messages.Release: "adviser operator host house",
     permissions.SPEAK: "adviser operator host",
     permissions.DIAGNOSIS: "host",

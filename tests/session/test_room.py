@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from wax.rtc.peer import Peer
+    from wax.session.tape_keeper import TapeKeeper
 
 
 @pytest.mark.parametrize(
@@ -774,6 +775,30 @@ async def test_nobody_keeps_a_missing_tape(rig: Rig, is_host: bool) -> None:
     assert ada.last("notice")["text"] == {"code": code}
     rig.wait(0.3, ada)
     assert ada.last("room")["tape"] is None
+
+
+async def test_the_tape_is_asked_by_page(rig: Rig) -> None:
+    """What operators say of their turns reaches the tape, and the page gets the answer."""
+    asked: list[tuple[int, int, str]] = []
+
+    class Keeper:
+        def set_task(self, viewer: int, task: messages.SetTask) -> None:
+            asked.append((viewer, task.turn, task.text))
+
+        def disown(self, viewer: int, turn: int) -> Sentence:
+            asked.append((viewer, turn, "disowned"))
+            return Sentence("tape.disowned")
+
+    rig.room._tape = cast("TapeKeeper", Keeper())
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
+    ada.says(type="join")
+    for one in (ada, bob):
+        one.says(type="task", turn=1, text="to the red post")
+    assert bob.last("notice")["text"] == {"code": "may.operator"}
+    ada.says(type="leave")
+    ada.says(type="disown", turn=1)
+    assert ada.last("notice")["text"] == {"code": "tape.disowned"}
+    assert asked == [(1, 1, "to the red post"), (1, 1, "disowned")]
 
 
 def _stop(name: str, **known: Any) -> dict[str, Any]:

@@ -18,7 +18,10 @@ from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal, s
 from wax.control.stop_latch import LatchedStop
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
 from wax.driver.interface import STANDSTILL, Pose, RobotState, Twist
+from wax.errors import ForbiddenError
+from wax.protocol import messages
 from wax.sentence import Sentence, says
+from wax.session.driven_turns import DISOWN_S
 from wax.session.tape_keeper import KEPT_S, TapeKeeper
 
 if TYPE_CHECKING:
@@ -45,7 +48,7 @@ class Writing:
             self.lasting[lasts_as] = event
 
     def forget(self, lasts_as: Hashable) -> None:
-        del self.lasting[lasts_as]
+        self.lasting.pop(lasts_as, None)
 
     def keep(self, since_s: float, by: str) -> None:
         self.kept.append((since_s, by))
@@ -285,6 +288,87 @@ def test_everybody_is_told_whether_it_runs(rig: Rig) -> None:
     told = rig.keeper.status()
     assert (told.running, str(told.why)) == (False, "Nothing is recorded: the disk is full.")
     assert "Nothing is recorded" in str(rig.keeper.keep("host"))
+
+
+def test_a_purpose_is_told_to_everybody() -> None:
+    """They read what the recording is for before they drive; their pages offer to disown a turn."""
+    told = Rig(purpose="A robot learns from it.").keeper.status()
+    assert str(told.why).endswith("It also serves this purpose: A robot learns from it.")
+    assert told.model_dump(exclude={"why"}) == {"running": True, "can_disown": True}
+
+
+def drives(rig: Rig, turn: int, *, until: float | None = None) -> None:
+    """Viewer 7 drives this turn, until a time if it ends."""
+    rig.keeper.turn_events((TurnStarted(turn, 7, 160.0),))
+    if until is not None:
+        rig.clock.time_s = until
+        rig.keeper.turn_events((TurnEnded(turn, 7, Why.LEFT),))
+
+
+def test_a_turn_is_disowned_by_its_operator() -> None:
+    """Once; what is kept of it is kept with the event that says so."""
+    rig = Rig(purpose="A robot learns from it.")
+    rig.keeper.keep("host")
+    rig.clock.time_s = 110.0
+    drives(rig, 3)
+    rig.keeper.keep("operator")
+    drives(rig, 3, until=150.0)
+    rig.clock.time_s = 150.0 + DISOWN_S
+    rig.writing.kept.clear()
+    assert rig.keeper.disown(7, 3) == Sentence("tape.disowned")
+    assert rig.writing.of("disowned") == [{"type": "disowned", "turn": 3}]
+    assert rig.writing.kept == [(rig.clock.time_s, "operator")]
+    with pytest.raises(ForbiddenError):
+        rig.keeper.disown(7, 3)
+
+
+@pytest.mark.parametrize(
+    ("viewer", "turn", "at_s", "purpose"),
+    [
+        (8, 3, 151.0, "Learning."),
+        (7, 2, 151.0, "Learning."),
+        (7, 3, 149.0, "Learning."),
+        (7, 3, 150.1 + DISOWN_S, "Learning."),
+        (7, 3, 151.0, ""),
+    ],
+)
+def test_nobody_else_disowns_a_turn(viewer: int, turn: int, at_s: float, purpose: str) -> None:
+    """Neither another viewer, nor for another turn, one that lasts or is long over, nor in vain."""
+    rig = Rig(purpose=purpose)
+    drives(rig, 3, until=150.0 if at_s > 150.0 else None)
+    rig.clock.time_s = at_s
+    with pytest.raises(ForbiddenError):
+        rig.keeper.disown(viewer, turn)
+    assert rig.writing.of("disowned") == []
+
+
+def test_an_operator_says_what_they_do() -> None:
+    """In one clean line, for their own turn; each part of the tape has it until the turn ends."""
+    rig = Rig(ask_task=True)
+    assert rig.keeper.status().asks_task
+    drives(rig, 3)
+    for viewer, turn, text in (
+        (7, 3, " to the\n red post "),
+        (7, 3, "to the red post"),
+        (8, 3, "nothing"),
+        (7, 2, "nothing"),
+        (7, 3, "x" * 300),
+    ):
+        rig.keeper.set_task(viewer, messages.SetTask(type="task", turn=turn, text=text))
+    told = [(one["turn"], one["text"]) for one in rig.writing.of("tasked")]
+    assert told == [(3, "to the red post"), (3, "x" * messages.MAX_TASK_CHARS)]
+    assert "tasked" in rig.writing.lasting
+    drives(rig, 3, until=150.0)
+    rig.keeper.set_task(7, messages.SetTask(type="task", turn=3, text="late"))
+    assert len(rig.writing.of("tasked")) == 2
+    assert "tasked" not in rig.writing.lasting
+
+
+def test_a_task_that_nobody_asks_for_is_not_written(rig: Rig) -> None:
+    """A strange page puts no text on the tape."""
+    drives(rig, 3)
+    rig.keeper.set_task(7, messages.SetTask(type="task", turn=3, text="anything"))
+    assert rig.writing.of("tasked") == []
 
 
 def test_how_viewers_are_served_is_written(rig: Rig) -> None:

@@ -63,6 +63,10 @@ export interface Actions extends HearingActions {
   actAsHost(act: HostAct): void;
   /** Marks the last two minutes of the recording to be kept. */
   keepTape(): void;
+  /** Says that the recording of this user's last turn is not to be used. */
+  disown(): void;
+  /** Says what this user is going to do, for the recording. */
+  setTask(text: string): void;
   /** Connects again after the server has sent this page away. */
   comeBack(): void;
   /** Speaks through the robot while any holder holds it. */

@@ -1,12 +1,13 @@
 /** The message types, generated from the server's models by `npm run types`. */
 export type * from "./generated/messages";
 /**
- * The columns of the drive channel's rows, the longest name that the server accepts, and how the
- * robot's numbers are shown.
+ * The columns of the drive channel's rows, the longest name and task that the server accepts, and
+ * how the robot's numbers are shown.
  */
-export { DRIVE_COLUMNS, MAX_NAME_CHARS, ROBOT_NUMBERS } from "./generated/messages";
+export { DRIVE_COLUMNS, MAX_NAME_CHARS, MAX_TASK_CHARS, ROBOT_NUMBERS } from "./generated/messages";
 
 import type {
+  Disown,
   Here,
   Join,
   KeepTape,
@@ -16,6 +17,7 @@ import type {
   Received,
   Release,
   SetName,
+  SetTask,
   Stop,
   Want,
 } from "./generated/messages";
@@ -26,7 +28,18 @@ export type StateIn = Messages["StateIn"];
 /** What only the host sends. */
 export type HostAct = Exclude<
   StateIn,
-  SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received
+  | SetName
+  | Join
+  | Leave
+  | Here
+  | Stop
+  | Release
+  | Want
+  | Look
+  | KeepTape
+  | SetTask
+  | Disown
+  | Received
 >;
 export type StateOut = Messages["StateOut"];
 /** What the page posts, by path. */

@@ -2,7 +2,13 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "./actions";
 import type { PeerEvents } from "./link/peer";
-import { type Ended, MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
+import {
+  type Ended,
+  MAX_NAME_CHARS,
+  MAX_TASK_CHARS,
+  type StateIn,
+  type StateOut,
+} from "./messages";
 import { startSession } from "./session";
 import { eventually } from "./testing/eventually";
 import { aboard, hello, pressedBy, room, sentToRoom, served } from "./testing/messages";
@@ -282,6 +288,23 @@ it("cuts a name to the server's length", () => {
   const name = "x".repeat(MAX_NAME_CHARS);
   expect(peer().sent).toContainEqual({ type: "name", name });
   expect(session.state.preferences.value.name).toBe(name);
+});
+
+it("says in each turn what the user does, and afterwards that it is not to be used", () => {
+  const tape = { running: true, why: says("."), can_disown: true, asks_task: true };
+  open();
+  receive(hello({ viewer: 1 }), { ...room({ waiting: [1], operator: 2 }), tape });
+  session.actions.setTask(` ${"x".repeat(200)} `);
+  expect(peer().sent).not.toContainEqual(expect.objectContaining({ type: "task" }));
+  receive({ ...room({ operator: 1, number: 7 }), tape });
+  const text = "x".repeat(MAX_TASK_CHARS);
+  expect(peer().sent).toContainEqual({ type: "task", turn: 7, text });
+  session.actions.disown();
+  receive({ ...room({ operator: 2, number: 8 }), tape });
+  session.actions.disown();
+  session.actions.disown();
+  const disowned = peer().sent.filter((one) => one.type === "disown");
+  expect(disowned).toEqual([{ type: "disown", turn: 7 }]);
 });
 
 it("delivers a click although the page moves under the pointer", () => {

@@ -31,6 +31,7 @@ import { Reporter } from "./measure/report";
 import {
   type Ended,
   MAX_NAME_CHARS,
+  MAX_TASK_CHARS,
   type RoomChange,
   type RoomState,
   type StateOut,
@@ -430,6 +431,12 @@ export function startSession(): Session {
     if (!roomViewer?.ask(type)) link.sendState({ type });
   }
 
+  function sendTask(): void {
+    const turn = state.drivingTurn.peek();
+    if (turn === null || !state.room.peek()?.tape?.asks_task) return;
+    link.sendState({ type: "task", turn, text: state.task.peek() });
+  }
+
   function prefer(change: Partial<Preferences>): void {
     state.preferences.value = { ...state.preferences.peek(), ...change };
     savePreferences(store, state.preferences.peek());
@@ -514,6 +521,16 @@ export function startSession(): Session {
     actAsHost: (act) => {
       if (!link.sendState(act)) say(t("link.try_in_a_moment"));
     },
+    disown() {
+      const turn = state.drivenTurn.peek();
+      if (turn === null) return;
+      if (link.sendState({ type: "disown", turn })) state.drivenTurn.value = null;
+      else say(t("link.try_again"));
+    },
+    setTask(text) {
+      state.task.value = text.trim().slice(0, MAX_TASK_CHARS);
+      sendTask();
+    },
     keepTape: () => {
       if (!link.sendState({ type: "keep_tape" })) say(t("link.try_again"));
     },
@@ -534,6 +551,7 @@ export function startSession(): Session {
   link.mayHaveVoice = document.documentElement.dataset.voice !== undefined;
   link.cameras = Number(document.documentElement.dataset.cameras ?? 0);
   state.maySpeak.subscribe((may) => talk.allow(may));
+  state.drivingTurn.subscribe(sendTask);
   state.me.subscribe((me) => {
     link.mayDrive = me !== null && me.role !== "observer";
   });

@@ -139,6 +139,10 @@ export interface State extends Permissions {
   panel: Signal<Panel | null>;
   /** Whether this viewer's turn has ended a moment ago. */
   isTurnJustOver: Signal<boolean>;
+  /** The turn that this viewer may still disown; null for none. */
+  drivenTurn: Signal<number | null>;
+  /** What this user is going to do, for the recording. */
+  task: Signal<string>;
   /** What became of this viewer's place after the last missed call. */
   missedCall: Signal<MissedCall>;
   /** The state of this page's own microphone. */
@@ -241,6 +245,8 @@ export function createState(kept: Preferences): State {
     request: signal(null),
     panel: signal("people"),
     isTurnJustOver: signal(false),
+    drivenTurn: signal(null),
+    task: signal(""),
     missedCall: signal(null),
     voice: signal(SILENT),
     pageMs: signal(0),

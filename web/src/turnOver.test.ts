@@ -36,3 +36,19 @@ it("does not thank after a lost connection, or while the user drives again", () 
   turn.value = 6;
   expect(state.isTurnJustOver.value).toBe(false);
 });
+
+it("lets the user disown a turn for a minute, even if a lost connection has ended it", () => {
+  isConnected.value = false;
+  turn.value = 4;
+  expect(state.drivenTurn.value).toBeNull();
+  turn.value = null;
+  expect(state.drivenTurn.value).toBe(4);
+  vi.advanceTimersByTime(60_000);
+  expect(state.drivenTurn.value).toBeNull();
+  turn.value = 5;
+  turn.value = null;
+  turn.value = 6;
+  expect(state.drivenTurn.value).toBeNull();
+  turn.value = 7;
+  expect(state.drivenTurn.value).toBeNull();
+});

@@ -58,6 +58,8 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     # Speaking to the people beside the robot, which viewers never may.
     SPEAK: _IN_CHARGE,
     messages.KeepTape: _IN_CHARGE,
+    messages.SetTask: _IN_CHARGE,
+    messages.Disown: _INSIDE,  # whoever drove that turn
     # The host's acts; the switches that home automation has are its acts, too.
     **{one.act: _HOST | _HOUSE if one.at_home else _HOST for one in SWITCHES.values()},
     messages.EndTurn: _HOST,

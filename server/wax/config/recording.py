@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from wax.config.allowed import printable
 from wax.config.table import ConfigTable
 
 
@@ -39,5 +40,20 @@ class RecordingSettings(ConfigTable):
     cameras: bool = True
     """Whether the cameras beside the driving view are on it, too, each in the best of its
     renditions, which is then always encoded."""
+    purpose: Annotated[str, printable(0, 160)] = ""
+    """What the tape is used for, besides seeing what happened. Everybody reads it on the page, and
+    for a minute after each turn its operator can say that this turn is not to be used: `wax tape
+    export` then leaves it out.
+
+    Example: purpose = "A robot learns from it how to tidy up."
+    """
+    task: Annotated[str, printable(0, 100)] = ""
+    """What operators do, in a data set that `wax tape export` makes.
+
+    Example: task = "Drive to the red post."
+    """
+    ask_task: bool = False
+    """Whether the page asks operators what they are going to do; their answer replaces `task`. They
+    can write anything, their own names too."""
     names: bool = False
     """Whether people's names are on it; otherwise they are numbers. Addresses never are."""

@@ -22,6 +22,7 @@ from wax.sentence import Sentence
 MAX_DRIVE_BYTES = 256
 MAX_STATE_BYTES = 2048
 MAX_NAME_CHARS = 24
+MAX_TASK_CHARS = 100
 
 Ms = Annotated[float, Field(ge=-1e15, le=1e15)]
 Counter = Annotated[int, Field(ge=0, le=2**53)]
@@ -215,6 +216,21 @@ class KeepTape(Incoming):
     """Keep what was recorded in the last two minutes."""
 
     type: Literal["keep_tape"]
+
+
+class SetTask(Incoming):
+    """What the operator of the turn with this number does; trimmed and cut by the server."""
+
+    type: Literal["task"]
+    turn: Counter
+    text: Annotated[str, Field(max_length=400)]
+
+
+class Disown(Incoming):
+    """Do not use the recording of the turn with this number, which this viewer has just driven."""
+
+    type: Literal["disown"]
+    turn: Counter
 
 
 class Received(Incoming):
@@ -599,6 +615,10 @@ class Tape(Outgoing):
 
     running: bool
     why: Sentence
+    can_disown: Annotated[bool, Field(exclude_if=not_)] = False
+    """Whether the page offers `Disown` at the end of a turn."""
+    asks_task: Annotated[bool, Field(exclude_if=not_)] = False
+    """Whether the page asks operators for `SetTask`."""
 
 
 class _Room(Outgoing):
@@ -868,7 +888,19 @@ class Goodbye(Outgoing):
 DriveIn = Drive | Operate | Ping | Report
 HostIn = EndTurn | Remove | Mute | MuteAddress | Announce | Invite | SignOutOthers | SwitchAct
 StateIn = (
-    SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received | HostIn
+    SetName
+    | Join
+    | Leave
+    | Here
+    | Stop
+    | Release
+    | Want
+    | Look
+    | KeepTape
+    | SetTask
+    | Disown
+    | Received
+    | HostIn
 )
 DriveOut = Pong | Beat | Operated
 StateOut = (

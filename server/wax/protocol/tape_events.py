@@ -161,8 +161,40 @@ class Missed(_Event):
     missed_s: float
 
 
+class Tasked(_Event):
+    """What the operator said that they do in this turn; a later one replaces it, "" withdraws it.
+
+    `turn` is the newest turn of that number, since turns count from 1 after each start.
+    """
+
+    type: Literal["tasked"] = "tasked"
+    turn: int
+    text: str
+
+
+class Disowned(_Event):
+    """The operator of this turn, which is over, does not want its recording to be used.
+
+    `turn` is the newest turn of that number, since turns count from 1 after each start.
+    """
+
+    type: Literal["disowned"] = "disowned"
+    turn: int
+
+
 TapeEvent = (
-    Commanded | Steered | Reported | Turned | Stopped | Faulted | Watched | Named | Filmed | Missed
+    Commanded
+    | Steered
+    | Reported
+    | Turned
+    | Stopped
+    | Faulted
+    | Watched
+    | Named
+    | Filmed
+    | Missed
+    | Tasked
+    | Disowned
 )
 EVENTS: Final[Sequence[type[TapeEvent]]] = get_args(TapeEvent)
 

@@ -1,4 +1,4 @@
-"""The names that viewers give themselves; `wax.protocol.messages` bounds their length. Pure."""
+"""What viewers call themselves and their tasks; `wax.protocol.messages` bounds both. Pure."""
 
 from __future__ import annotations
 
@@ -32,9 +32,14 @@ _GUEST: Final = re.compile(r"guest[\dlo]+")
 
 def clean_name(name: str) -> str:
     """Reduce a name to one line of visible characters, at most `MAX_NAME_CHARS` long."""
-    visible = "".join(c if unicodedata.category(c)[0] not in "CZ" else " " for c in name)
+    return clean_line(name, MAX_NAME_CHARS)
+
+
+def clean_line(text: str, most: int) -> str:
+    """Reduce a text to one line of visible characters, at most `most` long."""
+    visible = "".join(c if unicodedata.category(c)[0] not in "CZ" else " " for c in text)
     bounded = re.sub(r"\s+", " ", _without_piles(visible))
-    return bounded.strip()[:MAX_NAME_CHARS].strip()
+    return bounded.strip()[:most].strip()
 
 
 def refusal(name: str, others: Iterable[str], robot: str = "") -> Sentence | None:

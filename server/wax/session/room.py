@@ -174,13 +174,21 @@ class Room:
                     self._control.leave(viewer.number)
                 case messages.Here():
                     self._control.answer_call(viewer.number)
-                case messages.KeepTape():
-                    self._keep_tape(viewer)
+                case messages.KeepTape() | messages.SetTask() | messages.Disown():
+                    self._ask_tape(viewer, request)
 
-    def _keep_tape(self, viewer: Viewer) -> None:
+    def _ask_tape(
+        self, viewer: Viewer, request: messages.KeepTape | messages.SetTask | messages.Disown
+    ) -> None:
         if self._tape is None:
             raise ForbiddenError(_NO_TAPE)
-        viewer.send(messages.Notice(text=self._tape.keep(self.viewer_role(viewer))))
+        match request:
+            case messages.KeepTape():
+                viewer.send(messages.Notice(text=self._tape.keep(self.viewer_role(viewer))))
+            case messages.SetTask():
+                self._tape.set_task(viewer.number, request)
+            case messages.Disown():
+                viewer.send(messages.Notice(text=self._tape.disown(viewer.number, request.turn)))
 
     def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None:
         with self._saving():

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, get_args
 
 from wax.control.listener import Listener
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
+from wax.errors import ForbiddenError
 from wax.protocol import messages, robot_report, tape_events
 from wax.protocol.events import TapeKept
 from wax.sentence import Sentence
+from wax.session.driven_turns import DrivenTurns
+from wax.session.names import clean_line
 from wax.session.record_keeper import name_of, why_stopped
+from wax.tape.retention import Keeper
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -31,7 +35,6 @@ if TYPE_CHECKING:
     from wax.session.record_keeper import DriveStatus
     from wax.session.viewer import Viewer
     from wax.tape.recorder import Recorder
-    from wax.tape.retention import Keeper
 
 KEPT_S: Final = 120.0
 _POLL_S: Final = 1.0
@@ -42,6 +45,8 @@ _KEEP_GAP_S: Final = 5.0
 """Each time the folder is read, and a bad link stops the robot again and again."""
 
 _KEPT: Final = Sentence("tape.kept")
+_DISOWNED: Final = Sentence("tape.disowned")
+_NOT_YOURS: Final = Sentence("tape.not_yours")
 _PRESSED: Final = "pressed"
 
 
@@ -66,14 +71,19 @@ class TapeKeeper(Listener):
         self._clock = clock
         self._viewers = viewers
         self._control = control
-        why = _sentence(settings, has_sound=has_sound, has_cameras=has_cameras)
-        self._runs = messages.Tape(running=True, why=why)
+        self._runs = messages.Tape(
+            running=True,
+            why=_sentence(settings, has_sound=has_sound, has_cameras=has_cameras),
+            can_disown=bool(settings.purpose),
+            asks_task=settings.ask_task,
+        )
+        self._turns = DrivenTurns()
         self._operator: int | None = None
         self._stop: LatchedStop | None = None
         self._drive_status: DriveStatus | None = None
         self._newest: dict[str, tuple[tape_events.TapeEvent, float]] = {}
         self._names: dict[int, str] = {}
-        self._kept_s = {"host": float("-inf"), "operator": float("-inf"), "fault": float("-inf")}
+        self._kept_s: dict[Keeper, float] = dict.fromkeys(get_args(Keeper), float("-inf"))
         self._contained = FirstErrorLogged("the tape is incomplete")
         """Wraps all work here: a failing tape must never stop the robot."""
 
@@ -95,6 +105,29 @@ class TapeKeeper(Listener):
         self._keep("host" if role == "host" else "operator")
         status = self.status()
         return _KEPT if status.running else Sentence("tape.kept_but", {"but": status.why})
+
+    def set_task(self, viewer: int, task: messages.SetTask) -> None:
+        """Record what the operator does; of anybody else, or for another turn, it has no effect."""
+        now_s = self._clock.now_s()
+        text = clean_line(task.text, messages.MAX_TASK_CHARS)
+        if self.status().asks_task and self._turns.set_task(viewer, task.turn, text):
+            tasked = tape_events.Tasked(turn=task.turn, text=text)
+            self.recorder.event(tasked, now_s, lasts_as="tasked")
+
+    def disown(self, viewer: int, turn: int) -> Sentence:
+        """Record that a turn is not to be used, and return the answer for its operator.
+
+        Raises `ForbiddenError` for anybody else, and two minutes after the turn.
+        """
+        now_s = self._clock.now_s()
+        began_s = self._turns.disown(viewer, turn, now_s) if self.status().can_disown else None
+        if began_s is None:
+            raise ForbiddenError(_NOT_YOURS)
+        self.recorder.event(tape_events.Disowned(turn=turn), now_s)
+        for by, kept_s in self._kept_s.items():
+            if kept_s >= began_s:  # this event must stay as long as the turn that it is about
+                self.recorder.keep(now_s, by)
+        return _DISOWNED
 
     # --- what the control loop tells (Listener) ----------------------------------------------
 
@@ -149,8 +182,11 @@ class TapeKeeper(Listener):
             for event in events:
                 if isinstance(event, TurnStarted):
                     self._operator, why = event.operator, None
+                    self._turns.began(event.number, event.operator, now_s)
                 elif isinstance(event, TurnEnded):
                     self._operator, why = None, event.why.value
+                    self._turns.ended(event.number, now_s)
+                    self.recorder.forget("tasked")
                 else:
                     continue
                 turned = tape_events.Turned(number=event.number, operator=self._operator, why=why)
@@ -267,7 +303,10 @@ def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool
     else:
         what = Sentence("tape.picture_sound" if has_sound else "tape.picture")
     names = Sentence("tape.with_names" if settings.names else "tape.without_names")
-    return Sentence("tape.runs", {"what": what, "names": names, "n": settings.keep_days})
+    runs = Sentence("tape.runs", {"what": what, "names": names, "n": settings.keep_days})
+    if not settings.purpose:
+        return runs
+    return Sentence("tape.runs_for", {"runs": runs, "purpose": settings.purpose})
 
 
 def _known(value: float | None) -> float | None:

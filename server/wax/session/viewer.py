@@ -75,7 +75,14 @@ _ONLY_LATE: Final = (
 
 _NOT_UNDERSTOOD: Final = Sentence("request.not_understood")
 
-Request = messages.Join | messages.Leave | messages.Here | messages.KeepTape
+Request = (
+    messages.Join
+    | messages.Leave
+    | messages.Here
+    | messages.KeepTape
+    | messages.SetTask
+    | messages.Disown
+)
 
 
 class ViewerEvents(Protocol):
@@ -434,8 +441,6 @@ class Viewer:
         match message:
             case messages.SetName():
                 self.request_name(message.name)
-            case messages.Join() | messages.Leave() | messages.Here() | messages.KeepTape():
-                self._events.viewer_asks(self, message)
             case messages.Stop():
                 self._events.viewer_stops(self, message.press)
             case messages.Release():
@@ -446,6 +451,8 @@ class Viewer:
                 self._looks.submit(message, self._clock.now_s())
             case messages.Received():
                 self._received(message)
+            case _ if isinstance(message, Request):
+                self._events.viewer_asks(self, message)
             case _:
                 self._events.viewer_acts(self, message)
 

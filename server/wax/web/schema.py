@@ -42,7 +42,7 @@ _HTTP: Final[dict[str, tuple[dict[str, Any], JsonSchemaMode]]] = {
 _REPLAYED: Final = (tape_events.TapeListing, tape_events.TapeContent)
 """What `wax replay` sends its page; not messages, so only in ``$defs``."""
 
-_CONSTANTS: Final = ("MAX_NAME_CHARS", "DRIVE_COLUMNS")
+_CONSTANTS: Final = ("MAX_NAME_CHARS", "MAX_TASK_CHARS", "DRIVE_COLUMNS")
 """Constants of the protocol that the page needs."""
 
 

@@ -6,6 +6,7 @@ import { EndedPage } from "./EndedPage";
 import { Panels } from "./Panels";
 import { Picture } from "./Picture";
 import { StopAlarm } from "./StopAlarm";
+import { TaskField } from "./TaskField";
 import { TurnCard } from "./TurnCard";
 import { Welcome } from "./Welcome";
 
@@ -38,6 +39,7 @@ function Page({ session: { state } }: { session: Session }) {
         <DrivePanel />
         <div class="more">
           {!isDriving && <Welcome />}
+          <TaskField />
           <Panels />
         </div>
       </div>

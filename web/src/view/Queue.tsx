@@ -1,10 +1,9 @@
 /** Who is here, and your name; joining, leaving and ending a turn: `TurnCard.tsx`. */
 
-import { useSignal } from "@preact/signals";
-import type { TargetedEvent, TargetedKeyboardEvent } from "preact";
 import { MAX_NAME_CHARS } from "../messages";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
+import { LineField } from "./LineField";
 import { inOrder, placeWords, watchingWords } from "./pageWords";
 
 /** Everybody who is here, and your name. */
@@ -32,34 +31,15 @@ export function Queue() {
 function NameField() {
   const { preferences, me } = useState();
   const { setName } = useActions();
-  // Text not sent yet, which the next room state would otherwise overwrite.
-  const draft = useSignal<string | null>(null);
-  const onChange = (event: TargetedEvent<HTMLInputElement>) => {
-    setName(event.currentTarget.value);
-    draft.value = null;
-  };
-  const onKeyDown = (event: TargetedKeyboardEvent<HTMLInputElement>) => {
-    // Return the keyboard to driving.
-    if (event.key === "Enter") event.currentTarget.blur();
-  };
+  const { name } = preferences.value;
   return (
-    <label class="field name-field">
-      <span>{t("queue.your_name")}</span>
-      <input
-        type="text"
-        dir="auto"
-        maxLength={MAX_NAME_CHARS}
-        autocomplete="nickname"
-        spellcheck={false}
-        enterkeyhint="done"
-        placeholder={preferences.value.name ? "" : (me.value?.name ?? "")}
-        value={draft.value ?? preferences.value.name}
-        onInput={(event) => {
-          draft.value = event.currentTarget.value;
-        }}
-        onChange={onChange}
-        onKeyDown={onKeyDown}
-      />
-    </label>
+    <LineField
+      label={t("queue.your_name")}
+      maxLength={MAX_NAME_CHARS}
+      autocomplete="nickname"
+      placeholder={name ? "" : (me.value?.name ?? "")}
+      value={name}
+      onSet={setName}
+    />
   );
 }

@@ -46,6 +46,7 @@ export function TurnCard() {
       <Clock wait={now.wait} secondsLeft={seconds} />
       {now.releases && <HoldButton onHeld={releaseStop}>{t("face.release")}</HoldButton>}
       <QueueButton does={now.queue} />
+      <Disown />
       {now.queue === "leave" && <TellMe />}
     </section>
   );
@@ -79,6 +80,18 @@ function QueueButton({ does }: { does: Face["queue"] }) {
   return (
     <button key={does} type="button" class="queue-button is-leave" onClick={onClick}>
       {t(does === "end" ? "face.end" : "face.leave")}
+    </button>
+  );
+}
+
+/** Takes the turn that has just ended out of what the recording is used for. */
+function Disown() {
+  const { room, drivenTurn } = useState();
+  const { disown } = useActions();
+  if (!room.value?.tape?.can_disown || drivenTurn.value === null) return null;
+  return (
+    <button type="button" class="plain-button" onClick={disown}>
+      {t("tape.disown")}
     </button>
   );
 }

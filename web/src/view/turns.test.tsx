@@ -2,6 +2,8 @@
 import { getAllByText, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
 import { describe, expect, it, vi } from "vitest";
+import { DEFAULTS } from "../generated/defaults";
+import type { Tape } from "../messages";
 import { aboard, hello, room, served } from "../testing/messages";
 import { says } from "../words/said";
 import { Hours } from "./EndedPage";
@@ -150,6 +152,33 @@ describe("a call", () => {
   });
 });
 
+describe("a turn that is over", () => {
+  function isOver(tape: Partial<Tape>): void {
+    show({ watching: [1] });
+    act(() => {
+      const recorded = { ...DEFAULTS.Tape(), running: true, why: says("It is recorded."), ...tape };
+      state.room.value = { ...room({ watching: [1] }), tape: recorded };
+      state.drivenTurn.value = 4;
+    });
+  }
+  const name = "Do not use my recording";
+
+  it("can be disowned while it is recorded for a purpose", () => {
+    isOver({ can_disown: true });
+    act(() => button(name).click());
+    expect(actions.disown).toHaveBeenCalledOnce();
+    act(() => {
+      state.drivenTurn.value = null;
+    });
+    expect(queryByRole(body, "button", { name })).toBeNull();
+  });
+
+  it("cannot be disowned where the recording has no such purpose", () => {
+    isOver({});
+    expect(queryByRole(body, "button", { name })).toBeNull();
+  });
+});
+
 describe("a viewer who may not stay, hear or drive", () => {
   it("sees why, and when the robot opens, and can retry", async () => {
     await Hours.load();
@@ -237,6 +266,30 @@ describe("the queue", () => {
     field.value = "Ada";
     act(() => void field.dispatchEvent(new Event("change", { bubbles: true })));
     expect(actions.setName).toHaveBeenCalledWith("Ada");
+  });
+
+  it("asks those who drive or wait what they are going to do, where the host wants it", () => {
+    const field = () => queryByRole(body, "textbox", { name: "Your task" });
+    const asks = (options: Parameters<typeof room>[0]) => {
+      show(options);
+      act(() => {
+        const tape = { ...DEFAULTS.Tape(), running: true, why: says("."), asks_task: true };
+        state.room.value = { ...room(options), tape };
+      });
+    };
+    show({ operator: 1 });
+    expect(field()).toBeNull();
+    asks({ operator: 2, watching: [1] });
+    expect(field()).toBeNull();
+    asks({ operator: 1 });
+    const shown = field() as HTMLInputElement;
+    shown.value = "to the red post";
+    act(() => void shown.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.setTask).toHaveBeenCalledWith("to the red post");
+    act(() => {
+      state.task.value = "to the red post";
+    });
+    expect(field()).toBeNull();
   });
 
   it("lists everybody in order and marks the user", () => {
