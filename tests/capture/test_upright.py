@@ -96,6 +96,18 @@ def test_a_ladder_that_lies_under_a_picture_that_stands_is_refused() -> None:
     assert VideoSettings.model_validate(lying | {"rotate": 180}).renditions[0].width == 640
 
 
+def test_a_turned_camera_rests_as_it_would_upright() -> None:
+    """It is left unread for as long, and drops what it has queued meanwhile."""
+    caught_up: list[bool] = []
+    robot = SidewaysRobot()
+    assert Upright(robot, 1, mirror=False).rest_s is None
+    Upright(robot, 1, mirror=False).catch_up()
+    robot.rest_s, robot.catch_up = 0.9, lambda: caught_up.append(True)  # type: ignore[attr-defined]
+    turned_source = Upright(robot, 1, mirror=False)
+    turned_source.catch_up()
+    assert (turned_source.rest_s, caught_up) == (0.9, [True])
+
+
 def test_the_test_card_stays_readable() -> None:
     """The test card stays upright whichever way the settings turn a camera."""
     for rotate, size in ((90, (480, 640)), (180, (640, 480))):

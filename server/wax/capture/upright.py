@@ -47,6 +47,10 @@ class Upright:
     def rest_s(self) -> float | None:
         return getattr(self._source, "rest_s", None)
 
+    def catch_up(self) -> None:
+        if hasattr(self._source, "catch_up"):
+            self._source.catch_up()
+
     def open(self) -> None:
         self._source.open()
 

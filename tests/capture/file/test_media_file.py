@@ -9,13 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from tests.examples import at_length
+from tests.until import until
 
+from wax.capture.file.stream_decoder import StreamDecoder
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from tests.capture.file.conftest import MakeClip, Player
+
+    from wax.capture.file.demuxer import Coded
 
 
 @pytest.mark.parametrize(
@@ -56,6 +60,32 @@ def test_it_plays_at_its_own_speed(make_clip: MakeClip, open_player: type[Player
     times = np.array([picture.captured_s for picture in player.pictures])
     assert np.diff(times) == pytest.approx(1 / 30, abs=0.0011)
     assert len(times) == pytest.approx(180, abs=2)
+
+
+def test_after_a_rest_a_picture_is_fresh_and_its_past_is_not_decoded(
+    make_clip: MakeClip, open_player: type[Player], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 54 packets that came during a rest, those from the newest keyframe on are decoded."""
+    decoded: list[Coded] = []
+    decode = StreamDecoder._decode
+
+    def counting(self: StreamDecoder, item: Coded, *, flush: bool = False) -> Any:
+        decoded.append(item)
+        return decode(self, item, flush=flush)
+
+    monkeypatch.setattr(StreamDecoder, "_decode", counting)
+    clip = make_clip("a.mp4", seconds=6, video="mpeg4")  # a keyframe in twelve pictures
+    with open_player(clip, audio=False) as player:
+        player.play(0.5)
+        decoded.clear()
+        player.clock.sleep(1.8)
+        assert player.video is not None
+        demuxer = player.video.demuxer
+        until(lambda: demuxer.waiting("video") > 54)
+        player.video.catch_up()
+        picture = player.video.read()
+        assert -0.04 < player.clock.now_s() - picture.captured_s < 0.11
+    assert len(decoded) <= 16
 
 
 def test_sound_has_no_gap_from_pass_to_pass(make_clip: MakeClip, open_player: type[Player]) -> None:

@@ -15,6 +15,7 @@ import av
 import cv2
 import numpy as np
 import pytest
+from tests.until import until
 
 from wax.capture.file.address import open_container
 from wax.capture.file.media_file import MediaFile
@@ -124,6 +125,24 @@ def soon(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shorten the first second and the second of repetitions."""
     monkeypatch.setattr("wax.capture.stream_dating._SETTLE_S", 0.2)
     monkeypatch.setattr("wax.capture.stream_dating._REPEATED_S", 0.2)
+
+
+@pytest.mark.usefixtures("soon")
+def test_a_stream_goes_on_during_a_rest() -> None:
+    """The newest picture of many is next, its age is known, and the connection stays."""
+    taken_s: list[float] = []
+    with serving(multipart(map(jpeg, range(150)), 50, taken_s)) as address:
+        source = MediaFile(address, CLOCK).video(SIZE)
+        source.open()
+        first = source.read()
+        until(lambda: len(taken_s) > 30)
+        source.catch_up()
+        newest = source.demuxer.waiting("video")
+        picture = source.read()
+        source.close()
+    assert newest <= 2
+    assert number_of(picture) >= 29 > number_of(first)
+    assert are_dated_by_their_arrival([(picture, 0.0)], taken_s)
 
 
 @pytest.mark.usefixtures("soon")

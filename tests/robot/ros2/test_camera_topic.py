@@ -207,6 +207,21 @@ def test_a_picture_that_is_published_again_is_not_new(monkeypatch: pytest.Monkey
     assert 5 < len(seen[13:]) < 10
 
 
+def test_what_came_during_a_rest_is_no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody knows when it arrived; the next one is read, as fresh as any other."""
+    clock = Timed()
+    link = Replayed([7.0 + 0.1 * number for number in range(6)], clock)
+    monkeypatch.setattr("wax.robot.ros2.camera.open_link", lambda *_, **__: link)
+    ros2 = Ros2Settings.model_validate({"camera": "/image"})
+    source = Ros2Camera(ros2, VideoSettings(width=64, height=48), clock)
+    source.open()
+    source.read()
+    source.catch_up()
+    source.read()
+    assert len(link._stamps_s) == 3
+    assert source.rest_s < 1.0
+
+
 def camera(settings: Any) -> VideoSource:
     """Make a camera as the media process does, of a robot that is never opened."""
     robot = make_driver(settings, SystemClock())

@@ -211,6 +211,17 @@ class Demuxer:
                 queue.put(item, float("inf"))
             self._condition.notify_all()
 
+    def skip_to_newest_keyframe(self, kind: Kind) -> bool:
+        """Drop what precedes the newest keyframe that is due; return whether anything did."""
+        with self._condition:
+            items, now_s = self._queues[kind].items, self._clock.now_s()
+            due = (at for at, one in enumerate(items) if one.due_s <= now_s)
+            newest = max((at for at in due if items[at].packet.is_keyframe), default=0)
+            for _ in range(newest):
+                items.popleft()
+            self._condition.notify_all()
+        return newest > 0
+
     def _run(self) -> None:
         failure = SourceError(Sentence("file.closed", {"name": self.name}))
         try:

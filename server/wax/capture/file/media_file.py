@@ -16,7 +16,7 @@ from wax.capture.file.demuxer import Demuxer
 from wax.capture.file.stream_decoder import StreamDecoder
 from wax.capture.letterbox import black, fit_frame
 from wax.capture.resample import Resampler
-from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Picture, Sound
+from wax.capture.source import BLOCK_SAMPLES, REST_S, SAMPLE_RATE_HZ, Picture, Sound
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -128,10 +128,12 @@ class FileVideo(StreamDecoder):
 
     `captured_s` is when a picture is due on the file's timeline; `wax.capture.file.demuxer` sets
     its error bound. In a long gap the last picture is repeated; a machine that is too slow skips
-    late pictures.
+    late pictures. During a rest the demuxer goes on receiving, so that no camera's connection
+    stalls; afterwards only what follows the newest keyframe is decoded.
     """
 
     kind: Kind = "video"
+    rest_s: Final = REST_S
 
     def __init__(self, size: tuple[int, int], file: MediaFile) -> None:
         super().__init__(file)
@@ -144,6 +146,11 @@ class FileVideo(StreamDecoder):
         super().close()
         self._frames.clear()
         self._shown = None
+
+    def catch_up(self) -> None:
+        if self.demuxer.skip_to_newest_keyframe(self.kind):
+            self._frames.clear()
+            self.flush()
 
     def read(self) -> Picture:
         return self._read_newest() if self.demuxer.live else self._read_due()

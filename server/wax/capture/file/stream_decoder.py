@@ -79,6 +79,11 @@ class StreamDecoder:
             raise SourceError(Sentence("file.undecodable", {"name": self.demuxer.name}))
         return frames
 
+    def flush(self) -> None:
+        """Drop what the decoder still holds; the next packet is a keyframe."""
+        if self._last is not None:
+            self._last.track.decoder.flush_buffers()
+
     def _decode(self, item: Coded, *, flush: bool = False) -> list[tuple[Any, Coded]]:
         """Decode a packet, or flush the decoder; a damaged packet yields no frames."""
         try:

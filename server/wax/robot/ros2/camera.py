@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.letterbox import fit_bgr
-from wax.capture.source import Picture
+from wax.capture.source import REST_S, Picture
 from wax.capture.stream_dating import Dating, Repeats
 from wax.errors import DriverError, SourceError
 from wax.robot.ros2.images import to_bgr
@@ -41,6 +41,8 @@ class Ros2Camera:
     timestamp's progress (`wax.capture.stream_dating`).
     """
 
+    rest_s: Final = REST_S
+
     def __init__(self, ros2: Ros2Settings, settings: VideoSettings, clock: Clock) -> None:
         self._ros2 = ros2
         self._settings = settings
@@ -63,6 +65,12 @@ class Ros2Camera:
         except SourceError:
             self.close()
             raise
+
+    def catch_up(self) -> None:
+        """Drop what came during a rest: only its arrival would tell its age, and nobody saw it."""
+        if self._link is not None:
+            with _told():
+                self._link.take(0.0)
 
     def read(self) -> Picture:
         """Return the next picture; skip repetitions of one, unless they persist."""
