@@ -10,6 +10,7 @@ from playwright.async_api import Error, async_playwright
 from e2e.delay.systems.served import origin
 from e2e.harness.chromium import chromium_at
 from e2e.measure.ear import Ear, open_ear
+from e2e.measure.errors import MeasureError
 from e2e.peers.sizes import VGA
 
 if TYPE_CHECKING:
@@ -23,6 +24,16 @@ if TYPE_CHECKING:
 
 LOAD_WITHIN_MS: Final = 120_000.0
 """A page of some 100 kB takes a modem half a minute."""
+
+_SHOWN: Final = """
+    Math.max(...[...document.querySelectorAll("video")].map((one) => {
+      const { width, height } = one.getBoundingClientRect();
+      return Math.min(width / %d, height / %d);
+    }))
+"""
+"""How much the largest picture is enlarged."""
+_FITS: Final = 0.01
+_FITTINGS: Final = 4
 
 
 class Browser:
@@ -60,6 +71,24 @@ class Browser:
         finally:
             with suppress(Error):  # a browser that has ended has no windows either
                 await context.close()
+
+
+async def fit(page: Page, size: Size) -> None:
+    """Resize the window until its page shows the picture at its own size, as all systems do.
+
+    Without a graphics card a browser spends more on enlarging a picture than on all else; what is
+    compared is not whose page fills the window. Raises `MeasureError` if it cannot be done.
+    """
+    for _ in range(_FITTINGS):
+        enlarged = float(await page.evaluate(_SHOWN % (size.width, size.height)))
+        if abs(enlarged - 1) < _FITS:
+            return
+        width, height = size.window
+        if page.viewport_size is not None:
+            width, height = page.viewport_size["width"], page.viewport_size["height"]
+        taller = height + round(size.height * (1 - enlarged))
+        await page.set_viewport_size({"width": width, "height": taller})
+    raise MeasureError("the page shows the picture enlarged or reduced, whatever its window")
 
 
 @asynccontextmanager

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import psutil
 
-from e2e.delay.browser import open_browser
+from e2e.delay.browser import fit, open_browser
 from e2e.delay.measures import measured
 from e2e.delay.names import OURS, profile
 from e2e.delay.systems import start
@@ -97,6 +97,7 @@ async def _watch(
         if await _goto(page, running.url, instrument, within_s):
             picture_s = time.monotonic()
             await running.opened(page)
+            await fit(page, cell.given)
             await instrument.tap.hears(_HEARS_WITHIN_S)  # if nothing sounds, the figures say so
             settle_s = max(SETTLE_S, time.monotonic() - picture_s)
             if cell.viewers > 1:
