@@ -47,7 +47,7 @@ def _encode(
     keyframes: set[int],
     rendition: RenditionSettings = SMALL,
 ) -> list[EncodedPicture]:
-    encoder = VideoEncoder(codec=codec, rendition=rendition)
+    encoder = VideoEncoder(codec=codec, rendition=rendition, now_s=lambda: 0.0)
     texture = np.random.default_rng(1).integers(0, 255, (180, 160 + count), dtype=np.uint8)
     found = [
         encoder.encode(
@@ -157,7 +157,7 @@ def test_a_picture_that_is_not_newer_is_left_out() -> None:
 @pytest.mark.parametrize("codec", CODECS)
 def test_the_rate_is_kept(codec: Literal["vp8", "h264"]) -> None:
     """Four seconds of a busy moving picture stay within a quarter of the target."""
-    encoder = VideoEncoder(codec=codec, rendition=SMALL)
+    encoder = VideoEncoder(codec=codec, rendition=SMALL, now_s=lambda: 0.0)
     texture = np.random.default_rng(2).integers(0, 255, (180, 640), dtype=np.uint8)
     texture = np.asarray(cv2.GaussianBlur(texture, (0, 0), 1.5), dtype=np.uint8)
     size = 0
@@ -175,7 +175,7 @@ def test_the_rate_is_kept(codec: Literal["vp8", "h264"]) -> None:
 )
 def test_a_thin_rate_is_kept(grain: float, step: int) -> None:
     """15 s of moving pictures at a modem's rate, fine or coarse, stay within 15 % of the target."""
-    encoder = VideoEncoder(codec="vp8", rendition=THIN)
+    encoder = VideoEncoder(codec="vp8", rendition=THIN, now_s=lambda: 0.0)
     noise = np.random.default_rng(3).normal(size=(320, 2000)).astype(np.float32)
     texture = np.asarray(cv2.GaussianBlur(noise, (0, 0), grain))
     texture = np.clip(texture / texture.std() * 50 + 128, 0, 255).astype(np.uint8)[100:220]
