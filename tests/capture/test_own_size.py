@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 from av.video.frame import VideoFrame
-from tests.capture.file.test_stream_clock import multipart, serving
+from tests.capture.file.http_camera import multipart, serving
 
 from wax.capture.own_size import HD, VGA, Size, own_size
 from wax.capture.v4l2_modes import Mode

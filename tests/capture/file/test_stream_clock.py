@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import socketserver
 import statistics
 import threading
 import time
-from contextlib import contextmanager, suppress
 from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -15,6 +13,7 @@ import av
 import cv2
 import numpy as np
 import pytest
+from tests.capture.file.http_camera import multipart, serving
 from tests.until import until
 
 from wax.capture.file.address import open_container
@@ -24,21 +23,20 @@ from wax.config.video import VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from tests.capture.file.conftest import MakeClip
+    from tests.capture.file.http_camera import Send
 
     from wax.capture.source import Picture
 
-    Send = Callable[[bytes], object]
     Seen = list[tuple[Picture, float]]
 
 CLOCK = SystemClock()
 SIZE = VideoSettings(width=160, height=120)
 BITS = 8
 CODED = 30
-CUT = b"\r\n--cut\r\n"
 
 
 def jpeg(number: int) -> bytes:
@@ -52,31 +50,6 @@ def number_of(picture: Picture) -> int:
     """Read what `jpeg` wrote."""
     row = picture.i420[60, : picture.width].reshape(BITS, -1).mean(axis=1)
     return sum(int(grey > 128) << bit for bit, grey in enumerate(row))
-
-
-@contextmanager
-def serving(answer: Callable[[Send], None]) -> Iterator[str]:
-    """Answer each request by HTTP with what `answer` sends."""
-
-    class Handler(socketserver.StreamRequestHandler):
-        def handle(self) -> None:
-            with suppress(OSError):
-                while self.rfile.readline().strip():
-                    pass
-                answer(self.wfile.write)
-
-    class Server(socketserver.ThreadingTCPServer):
-        daemon_threads = True
-        block_on_close = False
-
-    with Server(("127.0.0.1", 0), Handler) as server:
-        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
-        thread.start()
-        try:
-            yield f"http://127.0.0.1:{server.server_address[1]}/cam"
-        finally:
-            server.shutdown()
-            thread.join()
 
 
 def watch(address: str, enough: Callable[[Seen], bool]) -> Seen:
@@ -100,24 +73,6 @@ def are_dated_by_their_arrival(seen: Seen, taken_s: list[float]) -> bool:
     """Tell whether no picture is dated before it was taken, and half of them soon after."""
     errors_s = [picture.captured_s - taken_s[number_of(picture)] for picture, _ in seen]
     return min(errors_s) >= 0.0 and statistics.median(errors_s) < 0.09
-
-
-def multipart(
-    pictures: Iterable[bytes], fps: float, taken_s: list[float], *, first: bytes = CUT
-) -> Callable[[Send], None]:
-    """Return a response of parts with their lengths; `first` precedes the first one."""
-
-    def answer(send: Send) -> None:
-        send(b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace;boundary=cut\r\n\r\n")
-        boundary = first
-        for content in pictures:
-            taken_s.append(CLOCK.now_s())
-            head = f"Content-Type: image/jpeg\r\nContent-Length: {len(content)}\r\n\r\n"
-            send(boundary + head.encode() + content)
-            boundary = CUT
-            time.sleep(1 / fps)
-
-    return answer
 
 
 @pytest.fixture
