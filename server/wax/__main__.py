@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from wax.commands.proof.proof import Progress
     from wax.config.settings import Settings
+    from wax.tape.shelf import Shelf
 
 
 _INTERRUPTED: Final = 130
@@ -303,11 +304,39 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     acts.add_parser("list", help="show what there is")
     keep = acts.add_parser("keep", help="keep parts until somebody deletes them")
     keep.add_argument("names", nargs="+", metavar="NAME", help="as `wax tape list` has them")
+    _add_tape_export(acts)
     acts.add_parser("repair", help="mend what a killed server or a power cut has cut off")
     delete = acts.add_parser("delete", help="delete parts, kept or not")
     delete.add_argument("names", nargs="*", metavar="NAME", help="as `wax tape list` has them")
     delete.add_argument("--all", action="store_true", help="everything")
     delete.add_argument("--before", metavar="DATE", help="such as 2026-11-01, or 2026-11-01T18:30")
+
+
+def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    exported = acts.add_parser(
+        "export",
+        help="write a dataset from which a robot can learn to drive",
+        description="Write what was recorded in another program's format. An export that was"
+        " interrupted goes on when the same command is given again.",
+    )
+    exported.add_argument("--from", dest="begin", metavar="DATE", help="such as 2026-11-01T18:30")
+    exported.add_argument("--to", dest="end", metavar="DATE", help="the same; up to then")
+    exported.add_argument("--kept", action="store_true", help="only parts that are kept")
+    forms = exported.add_mutually_exclusive_group(required=True)
+    forms.add_argument(
+        "--lerobot", type=Path, metavar="DIR", help="a LeRobot dataset: an episode for each turn"
+    )
+    lerobot = exported.add_argument_group("for --lerobot")
+    lerobot.add_argument("--camera", metavar="NAME", help="another than the driving view")
+    lerobot.add_argument("--fps", type=int, metavar="N", help="frames a second; as on the tape")
+    lerobot.add_argument("--task", default="", metavar="TEXT", help="what was to be done")
+    lerobot.add_argument(
+        "--action", choices=("now", "next"), default="now", help="of the same frame, or the next"
+    )
+    lerobot.add_argument("--join", action="store_true", help="go on through a Stop or a fault")
+    lerobot.add_argument(
+        "--drop-under", type=float, default=1.0, metavar="S", help="shorter episodes (1 s)"
+    )
 
 
 def _add_hook(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -485,6 +514,7 @@ def _tape(arguments: argparse.Namespace) -> int:
     acts = {
         "list": lambda: tape_list(shelf),
         "keep": lambda: tape_keep(shelf, arguments.names),
+        "export": lambda: _tape_export(shelf, arguments),
         "repair": lambda: tape_repair(shelf),
         "delete": lambda: tape_delete(
             shelf, arguments.names, is_all=arguments.all, before=arguments.before
@@ -492,6 +522,23 @@ def _tape(arguments: argparse.Namespace) -> int:
     }
     print(acts[arguments.act]())
     return 0
+
+
+def _tape_export(shelf: Shelf, arguments: argparse.Namespace) -> str:
+    from wax.dataset.command import export_lerobot
+    from wax.tape.selection import select
+
+    return export_lerobot(
+        select(shelf, begin=arguments.begin, end=arguments.end, kept=arguments.kept),
+        arguments.lerobot,
+        camera=arguments.camera,
+        fps=arguments.fps,
+        task=arguments.task,
+        acts_next=arguments.action == "next",
+        joins=arguments.join,
+        drop_under_s=arguments.drop_under,
+        tell=lambda text: print(text, flush=True),
+    )
 
 
 def _hook(arguments: argparse.Namespace) -> int:

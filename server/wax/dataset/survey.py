@@ -1,0 +1,164 @@
+"""Reads all that an export needs to know of a tape before it writes: its episodes and values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import av
+
+from wax.dataset.episodes import QUIET_S, EpisodeFinder, LeftOut
+from wax.dataset.frames import ACTIONS, OBSERVED, told
+from wax.dataset.pictures import media_file
+from wax.errors import StateError, reason_of
+from wax.protocol.tape_events import Commanded, Filmed, Reported, Steered
+from wax.tape.event_ending import ending_of
+from wax.tape.reading import read_events
+from wax.tape.repaired import facts_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from wax.dataset.episodes import Episode
+    from wax.dataset.pictures import MediaFile
+    from wax.protocol.tape_events import Placed, TapeEvent
+    from wax.tape.selection import Selection
+    from wax.tape.shelf import Shelved
+
+DRIVING_VIEW: Final = "driving_view"
+"""The name of the picture by which operators drive."""
+_KINDS: Final = (Commanded, Reported, Steered)
+_NO_EVENTS: Final = "nothing says what was driven"
+_OPEN: Final = "is being written; it is whole when the next part begins"
+_NO_PICTURE: Final = "has no picture of this camera"
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyedPart:
+    """A part that can be exported; it has ended by `ended_s`, in seconds since 1970."""
+
+    events: Path
+    began_s: float
+    ended_s: float
+    media: MediaFile
+
+
+@dataclass(slots=True)
+class Survey:
+    """What there is to export.
+
+    `observed` are the values that the robot reported throughout, `actions` those that it was sent.
+    """
+
+    parts: list[SurveyedPart] = field(default_factory=list)
+    episodes: list[Episode] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    actions: tuple[str, ...] = ()
+    observed: tuple[str, ...] = ()
+
+    def within(self, begin_s: float, end_s: float) -> list[SurveyedPart]:
+        """Return the parts that have something of this time."""
+        return [one for one in self.parts if one.began_s < end_s and one.ended_s >= begin_s]
+
+    def events(self, begin_s: float, end_s: float) -> Iterator[tuple[float, TapeEvent]]:
+        """Yield what was asked, sent and reported around this time; raises `StateError`."""
+        for part in self.within(begin_s, end_s):
+            for at_s, event in _placed(part.began_s, read_events(part.events).events):
+                if isinstance(event, _KINDS):
+                    yield at_s, event
+
+
+def survey(selection: Selection, *, camera: str = DRIVING_VIEW, joins: bool = False) -> Survey:
+    """Read the events of the selected parts; raises `StateError` if there is no such camera."""
+    found = Survey()
+    finder = EpisodeFinder(joins=joins)
+    seen = _Values()
+    cameras: set[str] = {DRIVING_VIEW}
+    for part in selection.parts:
+        try:
+            surveyed = _survey(part, camera, finder, seen, cameras)
+        except StateError as error:
+            found.left_out.append(LeftOut(part.began_s, part.ended_s, str(error)))
+            continue
+        found.parts.append(surveyed)
+    if camera not in cameras:
+        known = ", ".join(sorted(cameras))
+        raise StateError(f"--camera: the tape has no {camera!r}; it has {known}")
+    division = finder.finish()
+    found.left_out += division.left_out
+    found.episodes = [
+        clipped
+        for one in division.episodes
+        if (clipped := one.within(selection.begin_s, selection.end_s)) is not None
+    ]
+    found.actions, found.observed = seen.actions, seen.observed
+    return found
+
+
+class _Values:
+    """Which values the events have."""
+
+    def __init__(self) -> None:
+        self._sideways = False
+        self._told: set[str] | None = None
+
+    def add(self, event: TapeEvent) -> None:
+        match event:
+            case Steered():
+                self._sideways = self._sideways or event.lateral_mps != 0
+            case Reported() if event.connected:
+                names = told(event, OBSERVED).keys()
+                self._told = set(names) if self._told is None else self._told & names
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        return ACTIONS if self._sideways else ACTIONS[:2]
+
+    @property
+    def observed(self) -> tuple[str, ...]:
+        return tuple(name for name in OBSERVED if name in (self._told or ()))
+
+
+def _survey(
+    part: Shelved, camera: str, finder: EpisodeFinder, seen: _Values, cameras: set[str]
+) -> SurveyedPart:
+    """Read a part; raises `StateError` with the reason if it cannot be exported."""
+    if part.events is None:
+        raise StateError(f"{part.name}: {_NO_EVENTS}")
+    try:
+        if ending_of(part.events) == "open":
+            raise StateError(f"{part.name}: {_OPEN}")
+    except OSError as error:
+        raise StateError(f"{part.name}: {reason_of(error)}") from error
+    read = read_events(part.events)
+    began_s = read.began_wall_ms / 1000
+    placed = list(_placed(began_s, read.events))
+    begins = {DRIVING_VIEW: (part.media, began_s)}
+    for at_s, event in placed:
+        if isinstance(event, Filmed):
+            begins[event.name] = part.cameras.get(event.camera), at_s
+    cameras.update(begins)
+    path, origin_s = begins.get(camera, (None, began_s))
+    media = None if path is None else _media(part.name, path, origin_s)
+    if media is None:
+        raise StateError(f"{part.name}: {_NO_PICTURE}")
+    finder.begin_part(began_s)
+    for at_s, event in placed:
+        seen.add(event)
+        finder.add(at_s, event)
+    return SurveyedPart(part.events, began_s, began_s + read.length_ms / 1000 + QUIET_S, media)
+
+
+def _media(name: str, path: Path, origin_s: float) -> MediaFile | None:
+    problem = facts_of(path).problem
+    if problem is not None:
+        raise StateError(f"{name}: {problem}")
+    try:
+        return media_file(path, origin_s)
+    except (av.FFmpegError, OSError) as error:
+        raise StateError(f"{name}: {reason_of(error)}") from error
+
+
+def _placed(began_s: float, events: Sequence[Placed]) -> Iterator[tuple[float, TapeEvent]]:
+    return ((began_s + one.at_ms / 1000, one.event) for one in events)

@@ -1,0 +1,354 @@
+"""`wax tape export --lerobot`, from a tape of the test card to what a trainer reads."""
+
+from __future__ import annotations
+
+import errno
+import json
+import math
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import av
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from tests.capture.card_reader import read_stamp
+from tests.dataset.driven_tape import (
+    BEGAN_S,
+    FPS,
+    SIZE,
+    commanded,
+    reported,
+    steered,
+    turned,
+    write_part,
+)
+
+from wax.capture.testcard import STAMP_MODULUS
+from wax.dataset import export as exporting
+from wax.dataset.command import export_lerobot
+from wax.dataset.video_file import VideoFile
+from wax.errors import ConfigError, StateError
+from wax.protocol.tape_events import Filmed, Stopped
+from wax.tape.selection import Selection, select
+from wax.tape.shelf import EVENTS, Shelf
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from tests.dataset.driven_tape import Timed
+
+PART_S: Final = 4.0
+OPTIONS: Final[dict[str, Any]] = {
+    "camera": None,
+    "fps": None,
+    "task": "drive",
+    "acts_next": False,
+    "joins": False,
+    "drop_under_s": 0.5,
+    "tell": print,
+}
+VIDEO: Final = "observation.images.driving_view"
+
+
+@pytest.fixture(autouse=True)
+def _unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave this process's priority as it is."""
+    monkeypatch.setattr(os, "nice", lambda _: 0)
+
+
+def times_s(part: int, seconds: float = PART_S) -> list[float]:
+    """Return when a part's pictures are captured: a little unsteady, as cameras are."""
+    return [
+        part * PART_S + number / FPS + 0.01 * math.sin(number) ** 2
+        for number in range(round(seconds * FPS))
+    ]
+
+
+def driven(part: int) -> list[Timed]:
+    """Return what happens in a part: what lasts, then set-points between all pictures."""
+    begin_s = part * PART_S
+    events: list[Timed] = [(begin_s, turned(1)), (begin_s, steered(0.0)), (begin_s, reported())]
+    for number in range(1, round(PART_S * 30)):
+        at_s = begin_s + number / 30 + 0.002
+        events.append((at_s, steered(math.sin(at_s), math.cos(3 * at_s))))
+        events.append((at_s, reported(at_s, battery_v=12.0 - at_s / 10)))
+        events.append((at_s, commanded(held=number % 30 < 20)))
+    return events
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory: pytest.TempPathFactory) -> Shelf:
+    """Make a tape of two parts, in which one turn lasts throughout; tests only read it."""
+    made = Shelf(tmp_path_factory.mktemp("tape"))
+    made.prepare()
+    for part in range(2):
+        write_part(made, driven(part), times_s(part))
+    return made
+
+
+def exported(shelf: Shelf, folder: Path, **options: Any) -> str:
+    """Export all, and return what was printed."""
+    said: list[str] = []
+    selection = select(shelf, begin=options.pop("begin", None), end=options.pop("end", None))
+    said.append(export_lerobot(selection, folder, **(OPTIONS | {"tell": said.append} | options)))
+    return "\n".join(said)
+
+
+def rows(folder: Path) -> list[dict[str, Any]]:
+    """Return the rows of all episodes."""
+    paths = sorted((folder / "data").rglob("*.parquet"))
+    return [row for path in paths for row in pq.read_table(path).to_pylist()]
+
+
+def shown_s(folder: Path, near_s: Sequence[float]) -> list[float]:
+    """Read the time off each picture, which must be close to `near_s` since 1970."""
+    found: list[float] = []
+    for path in sorted((folder / "videos").rglob("*.mp4")):
+        with av.open(str(path)) as media:
+            for number, picture in enumerate(media.decode(video=0)):
+                assert picture.time == pytest.approx(number / FPS)
+                stamp = read_stamp(picture.to_ndarray(format="gray").astype(np.uint8))
+                assert stamp is not None
+                near_ms = round(near_s[len(found)] * 1000)
+                found.append((near_ms - (near_ms - stamp) % STAMP_MODULUS) / 1000)
+                if found[-1] < near_s[len(found) - 1] - 1e6:
+                    found[-1] += STAMP_MODULUS / 1000
+    return found
+
+
+def test_each_frame_has_its_picture_and_the_set_point_in_force(
+    shelf: Shelf, tmp_path: Path
+) -> None:
+    """The time on each picture is its row's, and the action is what was sent before it, exactly."""
+    out = tmp_path / "out"
+    assert "1 episodes, 160 frames" in exported(shelf, out)
+    found = rows(out)
+    captured_s = [row["wax.captured_s"] for row in found]
+    assert np.abs(np.subtract(shown_s(out, captured_s), captured_s)).max() <= 0.5 / FPS
+    sent = [
+        (BEGAN_S + at_s, (event.linear_mps, event.angular_rps))
+        for at_s, event in driven(0) + driven(1)
+        if event.type == "steered"
+    ]
+    for row in found:
+        (_, action) = max(one for one in sent if one[0] <= row["wax.captured_s"])
+        assert row["action"] == [float(np.float32(value)) for value in action]
+    assert {row["wax.held"] for row in found} == {False, True}
+
+
+def test_it_is_as_lerobot_has_it(shelf: Shelf, tmp_path: Path) -> None:
+    """Numbers, names and statistics are where version 3 of the format looks for them."""
+    out = tmp_path / "out"
+    exported(shelf, out)
+    info = json.loads((out / "meta/info.json").read_text())
+    assert (info["codebase_version"], info["fps"], info["total_frames"]) == ("v3.0", FPS, 160)
+    features = info["features"]
+    assert features["action"]["names"] == ["linear_mps", "angular_rps"]
+    assert features[VIDEO]["shape"] == [SIZE[1], SIZE[0], 3]
+    state = ["moving", "x_m", "y_m", "heading_rad", "bumpers", "battery_v"]
+    assert features["observation.state"]["names"] == state
+    found = rows(out)
+    assert found[0].keys() == features.keys() - {VIDEO}
+    assert [row["index"] for row in found] == list(range(160))
+    (episode,) = pq.read_table(out / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    assert (episode["dataset_to_index"], episode["tasks"]) == (160, ["drive"])
+    stats = json.loads((out / "meta/stats.json").read_text())
+    mean = np.mean([row["action"] for row in found], axis=0)
+    assert stats["action"]["mean"] == pytest.approx(mean.tolist())
+    assert np.shape(stats[VIDEO]["mean"]) == (3, 1, 1)
+    assert stats.keys() == features.keys()
+    tasks = pq.read_table(out / "meta/tasks.parquet")
+    assert tasks.to_pylist() == [{"task_index": 0, "task": "drive"}]
+    pandas = json.loads(tasks.schema.metadata[b"pandas"])
+    assert pandas["index_columns"] == ["task"]
+
+
+def test_the_action_may_be_that_of_the_next_frame(shelf: Shelf, tmp_path: Path) -> None:
+    """Then each frame has what the frame after it would have, and the last is left out."""
+    exported(shelf, tmp_path / "now")
+    exported(shelf, tmp_path / "next", acts_next=True)
+    now, then = rows(tmp_path / "now"), rows(tmp_path / "next")
+    assert [row["action"] for row in then] == [row["action"] for row in now[1:]]
+    assert [row["wax.captured_s"] for row in then] == [row["wax.captured_s"] for row in now[:-1]]
+
+
+def test_an_export_has_nobodys_name(shelf: Shelf, tmp_path: Path) -> None:
+    """Neither viewers' numbers nor names are in the files' rows or descriptions."""
+    exported(shelf, tmp_path / "out")
+    about = "".join(path.read_text() for path in (tmp_path / "out").rglob("*.json"))
+    assert "viewer" not in about
+    assert "operator" not in about.replace("whether the operator held any control", "")
+
+
+def test_a_stop_divides_a_turn_and_is_listed(tmp_path: Path) -> None:
+    """Each piece is an episode of its own; too short ones are left out, with the reason."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    presses = [
+        (at_s, Stopped(number=1, pressed=pressed, viewer=2, by_host=False))
+        for at_s, pressed in ((1.5, True), (2.0, False), (3.8, True))
+    ]
+    write_part(shelf, [*driven(0), *presses], times_s(0))
+    said = exported(shelf, tmp_path / "out", drop_under_s=1.0)
+    assert "2 episodes, 66 frames" in said
+    assert "0.5 s: Stop was pressed" in said
+    about = json.loads((tmp_path / "out/meta/wax.json").read_text())
+    assert [one["why"] for one in about["left_out"]] == ["Stop was pressed", "Stop was pressed"]
+    again = exported(shelf, tmp_path / "long", drop_under_s=1.7)
+    assert "1 episodes" in again
+    assert "turn 1: lasts for 1.5 s" in again
+
+
+def test_a_gap_in_the_pictures_is_never_filled(tmp_path: Path) -> None:
+    """Half a second without a picture ends an episode; a single missing one does not."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    shown = [at_s for at_s in times_s(0) if not 1.5 <= at_s < 2.5 and round(at_s * FPS) != 10]
+    write_part(shelf, driven(0), shown)
+    assert "2 episodes" in exported(shelf, tmp_path / "out")
+    found = rows(tmp_path / "out")
+    lengths = [len([row for row in found if row["episode_index"] == n]) for n in range(2)]
+    assert lengths == [30, 30]
+    captured_s = [row["wax.captured_s"] - BEGAN_S for row in found]
+    assert captured_s[9] == captured_s[10]
+    assert not [at_s for at_s in captured_s if 1.5 < at_s < 2.5]
+
+
+def test_another_camera_and_rate_can_be_chosen(tmp_path: Path) -> None:
+    """Its pictures begin where the events say, and are taken at that rate."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    write_part(shelf, [*driven(0), (1.0, Filmed(camera=1, name="From above"))], times_s(0))
+    (part,) = shelf.parts()
+    assert part.media is not None
+    part.media.rename(shelf.path(part.name, ".camera-1.webm"))
+    exported(shelf, tmp_path / "out", camera="From above", fps=5)
+    first, second, *_ = rows(tmp_path / "out")
+    assert first["wax.captured_s"] == pytest.approx(BEGAN_S + 1.0, abs=0.011)
+    assert second["wax.captured_s"] - first["wax.captured_s"] == pytest.approx(0.2, abs=0.02)
+    assert (tmp_path / "out/videos/observation.images.From_above").is_dir()
+    with pytest.raises(StateError, match="--camera: the tape has no 'Door'; it has From above, dr"):
+        exported(shelf, tmp_path / "none", camera="Door")
+
+
+def test_a_time_can_be_chosen(shelf: Shelf, tmp_path: Path) -> None:
+    """An episode is clipped to the time asked for."""
+    exported(shelf, tmp_path / "out", begin="2026-11-23T14:00:01", end="2026-11-23T14:00:03")
+    captured_s = [row["wax.captured_s"] - BEGAN_S for row in rows(tmp_path / "out")]
+    assert len(captured_s) == 2 * FPS
+    assert captured_s[0] >= 1.0
+    assert captured_s[-1] < 3.0
+
+
+class FullDisk:
+    """An episode's file on a disk that is full after the first episode."""
+
+    episodes = 0
+
+    def __init__(self, path: Path, *, fps: int, size: tuple[int, int]) -> None:
+        if type(self).episodes:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        type(self).episodes += 1
+        self._file = VideoFile(path, fps=fps, size=size)
+
+    def add(self, frame: av.VideoFrame) -> None:
+        self._file.add(frame)
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def test_an_export_that_was_interrupted_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk leaves nothing that looks whole; the same command then writes the rest."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    stops = [
+        (at_s, Stopped(number=1, pressed=pressed, viewer=2, by_host=False))
+        for at_s, pressed in ((1.5, True), (2.0, False))
+    ]
+    write_part(shelf, [*driven(0), *stops], times_s(0))
+    exported(shelf, tmp_path / "whole")
+    with monkeypatch.context() as patched:
+        patched.setattr(exporting, "VideoFile", FullDisk)
+        with pytest.raises(StateError, match="the disk is full; free some, and give the same"):
+            exported(shelf, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    partial = tmp_path / "out.partial"
+    with pytest.raises(StateError, match="with other options was interrupted here"):
+        exported(shelf, tmp_path / "out", fps=5)
+    with (partial / "unfinished.jsonl").open("ab") as journal:
+        journal.write(b'{"piece": [1, ')  # the power failed
+    said = exported(shelf, tmp_path / "out")
+    assert said.startswith("Going on after 1 of 2 turns.\n2 of 2: turn 1")
+    assert rows(tmp_path / "out") == rows(tmp_path / "whole")
+    assert not partial.exists()
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["data", "meta", "videos"]
+
+
+def test_a_folder_with_something_in_it_is_left_alone(shelf: Shelf, tmp_path: Path) -> None:
+    """Neither the folder nor what lies in the way beside it is touched."""
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/mine.txt").write_text("mine")
+    with pytest.raises(StateError, match="out: there is something in it already; name a folder"):
+        exported(shelf, tmp_path / "out")
+    (tmp_path / "new.partial").mkdir()
+    (tmp_path / "new.partial/mine.txt").write_text("mine")
+    with pytest.raises(StateError, match=r"new\.partial: is not ours, and in the way"):
+        exported(shelf, tmp_path / "new")
+    assert (tmp_path / "out/mine.txt").read_text() == "mine"
+
+
+def test_parts_that_cannot_be_read_are_named(shelf: Shelf, tmp_path: Path) -> None:
+    """Torn, half deleted and growing parts cost what they lack, and are listed."""
+    shelf = Shelf(Path(shutil.copytree(shelf.folder, tmp_path / "tape")))
+    growing = write_part(shelf, [(20.0, turned(1))], [20.0], has_end=False)
+    half = shelf.path("wax-20261123T150000Z", ".webm")
+    half.write_bytes(b"no events beside it")
+    first = shelf.parts()[0]
+    assert first.media is not None
+    first.media.write_bytes(first.media.read_bytes()[: first.media.stat().st_size // 2])
+    empty = shelf.path("wax-20261123T160000Z", EVENTS)
+    empty.write_bytes(b"\x89MCAP0\r\n")
+    said = exported(shelf, tmp_path / "out")
+    growing.close()
+    assert "nothing says what was driven" in said
+    assert f"{growing.name}: is being written" in said
+    assert "is no tape of WAX" in said
+    assert "the tape has a gap" in said
+    captured_s = [row["wax.captured_s"] - BEGAN_S for row in rows(tmp_path / "out")]
+    assert min(captured_s) == pytest.approx(0.0, abs=0.02)
+    assert not [at_s for at_s in captured_s if 3.0 < at_s < PART_S]
+
+
+def test_nobody_who_drove_is_a_sentence(tmp_path: Path) -> None:
+    """A tape on which nobody drove gives no dataset."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    write_part(shelf, [(0.0, steered(0.0))], times_s(0, 1.0))
+    with pytest.raises(StateError, match="nobody drove in what is recorded"):
+        exported(shelf, tmp_path / "out")
+    assert not (tmp_path / "out.partial").exists()
+
+
+def test_without_pyarrow_a_sentence_says_what_to_install(
+    shelf: Shelf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The library is an extra."""
+    for name in ("wax.dataset.export", "wax.dataset.lerobot"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ConfigError, match=r'needs pyarrow.*pip install "wax-teleop\[dataset\]"'):
+        exported(shelf, tmp_path / "out")
+
+
+@pytest.mark.parametrize("asked", [{"fps": 0}, {"fps": 1000}, {"drop_under_s": math.nan}])
+def test_odd_options_are_refused(tmp_path: Path, asked: dict[str, float]) -> None:
+    """What cannot be meant is wrong usage, said before anything is read."""
+    with pytest.raises(ConfigError, match="allowed is"):
+        export_lerobot(Selection([]), tmp_path / "out", **(OPTIONS | asked))
