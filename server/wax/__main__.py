@@ -329,7 +329,6 @@ def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) 
     lerobot = exported.add_argument_group("for --lerobot")
     lerobot.add_argument("--camera", metavar="NAME", help="another than the driving view")
     lerobot.add_argument("--fps", type=int, metavar="N", help="frames a second; as on the tape")
-    lerobot.add_argument("--task", default="", metavar="TEXT", help="what was to be done")
     lerobot.add_argument(
         "--action", choices=("now", "next"), default="now", help="of the same frame, or the next"
     )
@@ -514,7 +513,7 @@ def _tape(arguments: argparse.Namespace) -> int:
     acts = {
         "list": lambda: tape_list(shelf),
         "keep": lambda: tape_keep(shelf, arguments.names),
-        "export": lambda: _tape_export(shelf, arguments),
+        "export": lambda: _tape_export(shelf, settings.recording.task, arguments),
         "repair": lambda: tape_repair(shelf),
         "delete": lambda: tape_delete(
             shelf, arguments.names, is_all=arguments.all, before=arguments.before
@@ -524,7 +523,7 @@ def _tape(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _tape_export(shelf: Shelf, arguments: argparse.Namespace) -> str:
+def _tape_export(shelf: Shelf, task: str, arguments: argparse.Namespace) -> str:
     from wax.dataset.command import export_lerobot
     from wax.tape.selection import select
 
@@ -533,7 +532,7 @@ def _tape_export(shelf: Shelf, arguments: argparse.Namespace) -> str:
         arguments.lerobot,
         camera=arguments.camera,
         fps=arguments.fps,
-        task=arguments.task,
+        task=task,
         acts_next=arguments.action == "next",
         joins=arguments.join,
         drop_under_s=arguments.drop_under,

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.dataset.driven_tape import commanded, reported, steered
 
-from wax.dataset.frames import HELD_BACK, PASSED, SLOWED, Frame, Grid, Timeline
+from wax.dataset.frames import HELD_BACK, PASSED, SLOWED, DatasetFrame, Grid, Timeline
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,7 +62,7 @@ def test_each_frame_is_the_nearest_picture_that_is_not_late(gaps_s: list[float],
         assert abs(captured_s - due_s) <= best_s + rounded_s
 
 
-def frame(at_s: float, *events: tuple[float, TapeEvent]) -> Frame | None:
+def frame(at_s: float, *events: tuple[float, TapeEvent]) -> DatasetFrame | None:
     timeline = Timeline(events, actions=("linear_mps", "angular_rps"), observed=("x_m",))
     return timeline.frame(at_s)
 
@@ -76,8 +76,8 @@ def test_the_action_is_the_set_point_in_force() -> None:
         (2.5, reported(8.0)),
         (2.6, steered(0.4)),
     ]
-    assert frame(2.5, *events) == Frame(2.5, (0.2, 0.3), (8.0,), PASSED, held=False)
-    assert frame(2.0, *events) == Frame(2.0, (0.2, 0.3), (7.0,), PASSED, held=False)
+    assert frame(2.5, *events) == DatasetFrame(2.5, (0.2, 0.3), (8.0,), PASSED, held=False)
+    assert frame(2.0, *events) == DatasetFrame(2.0, (0.2, 0.3), (7.0,), PASSED, held=False)
 
 
 def test_nothing_is_made_up_before_the_first_set_point_and_report() -> None:

@@ -32,7 +32,7 @@ from wax.dataset import export as exporting
 from wax.dataset.command import export_lerobot
 from wax.dataset.video_file import VideoFile
 from wax.errors import ConfigError, StateError
-from wax.protocol.tape_events import Filmed, Stopped
+from wax.protocol.tape_events import Disowned, Filmed, Stopped
 from wax.tape.selection import Selection, select
 from wax.tape.shelf import EVENTS, Shelf
 
@@ -289,6 +289,22 @@ def test_an_export_that_was_interrupted_goes_on(
     assert rows(tmp_path / "out") == rows(tmp_path / "whole")
     assert not partial.exists()
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["data", "meta", "videos"]
+
+
+def test_a_turn_that_is_disowned_later_is_left_out(tmp_path: Path) -> None:
+    """A part after the time asked for, and one that is being written, still say so."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    write_part(shelf, [*driven(0), (3.0, turned(1, None)), (3.2, turned(2))], times_s(0))
+    end = "2026-11-23T14:00:04"
+    assert "2 episodes" in exported(shelf, tmp_path / "both", end=end)
+    growing = write_part(shelf, [(9.0, Disowned(turn=1))], [8.0], has_end=False)
+    growing.flush()
+    said = exported(shelf, tmp_path / "out", end=end)
+    growing.close()
+    assert "1 episodes" in said
+    assert "3.0 s: its operator does not want it to be used" in said
+    assert min(row["wax.captured_s"] for row in rows(tmp_path / "out")) >= BEGAN_S + 3.2
 
 
 def test_a_folder_with_something_in_it_is_left_alone(shelf: Shelf, tmp_path: Path) -> None:

@@ -1,7 +1,8 @@
 """Divides a tape into episodes: each is a turn, or a piece of one. Pure.
 
 An episode ends with the turn, at a Stop or a fault, where the tape has a gap, and where the clock
-was set back. After a Stop or fault the same turn goes on as another episode.
+was set back. After a Stop or fault the same turn goes on as another episode. A turn whose operator
+does not want it to be used is no episode.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from wax.protocol.tape_events import Faulted, Missed, Steered, Stopped, Turned
+from wax.protocol.tape_events import Disowned, Faulted, Missed, Steered, Stopped, Tasked, Turned
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -24,6 +25,7 @@ QUIET_S: Final = 2.0
 
 _STOPPED: Final = "Stop was pressed"
 _FAULT: Final = "a fault stopped the robot"
+_DISOWNED: Final = "its operator does not want it to be used"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,8 @@ class Episode:
     turn: int
     begin_s: float
     end_s: float
+    task: str = ""
+    """What the operator said that they do; "" if they said nothing."""
 
     def within(self, begin_s: float, end_s: float) -> Episode | None:
         """Return what lies within a span of time; None if nothing does."""
@@ -62,6 +66,7 @@ class _State:
     """What goes on: the turn that somebody drives, and why it is not recorded as an episode."""
 
     turn: int | None = None
+    task: str = ""
     stopped: bool = False
     faulted: bool = False
 
@@ -78,7 +83,11 @@ class EpisodeFinder:
 
     def __init__(self, *, joins: bool = False) -> None:
         self._joins = joins
-        self._found = Division()
+        self._found: list[tuple[int, Episode]] = []
+        self._left_out: list[LeftOut] = []
+        self._run = 0
+        self._newest_turn = 0
+        self._disowned: set[tuple[int, int]] = set()
         self._state = _State()
         self._since_s = 0.0
         self._newest_s = -math.inf
@@ -101,6 +110,9 @@ class EpisodeFinder:
             state = self._state
             self._change(_State(), max(self._since_s, at_s - event.missed_s))
             self._change(state, at_s)
+        if isinstance(event, Disowned):
+            self._disowned.add((self._run, event.turn))
+        self._count_runs(event)
         self._set(self._after(event), at_s)
         self._newest_s = max(self._newest_s, at_s)
 
@@ -108,14 +120,32 @@ class EpisodeFinder:
         """Return what was found."""
         self._settle()
         self._change(_State(), self._newest_s)
-        return self._found
+        division = Division(left_out=self._left_out)
+        for run, one in self._found:
+            if (run, one.turn) in self._disowned:
+                division.left_out.append(LeftOut(one.begin_s, one.end_s, _DISOWNED))
+            else:
+                division.episodes.append(one)
+        return division
+
+    def _count_runs(self, event: TapeEvent) -> None:
+        """Count the server's starts, after each of which turns begin at 1 again.
+
+        A start that this misses makes a turn that is disowned count for two, never for none.
+        """
+        if isinstance(event, Turned):
+            self._run += event.number < self._newest_turn
+            self._newest_turn = event.number
 
     def _after(self, event: TapeEvent) -> _State:
         state = self._state
         match event:
             case Turned():
                 turn = None if event.operator is None else event.number
-                return state if turn == state.turn else replace(state, turn=turn, faulted=False)
+                same = turn == state.turn
+                return state if same else replace(state, turn=turn, task="", faulted=False)
+            case Tasked() if event.turn == state.turn:
+                return replace(state, task=event.text)
             case Stopped():
                 return replace(state, stopped=event.pressed)
             case Faulted():
@@ -148,14 +178,16 @@ class EpisodeFinder:
         if before.turn is not None and at_s > self._since_s:
             why = None if self._joins else before.why_not
             if why is None:
-                self._found.episodes += _pieces(before.turn, self._since_s, at_s)
+                whole = Episode(before.turn, self._since_s, at_s, before.task)
+                self._found += ((self._run, one) for one in _pieces(whole))
             else:
-                self._found.left_out.append(LeftOut(self._since_s, at_s, why))
+                self._left_out.append(LeftOut(self._since_s, at_s, why))
         self._since_s = at_s
 
 
-def _pieces(turn: int, begin_s: float, end_s: float) -> Iterable[Episode]:
-    while end_s - begin_s > LONGEST_S:
-        yield Episode(turn, begin_s, begin_s + LONGEST_S)
-        begin_s += LONGEST_S
-    yield Episode(turn, begin_s, end_s)
+def _pieces(whole: Episode) -> Iterable[Episode]:
+    while whole.end_s - whole.begin_s > LONGEST_S:
+        until_s = whole.begin_s + LONGEST_S
+        yield replace(whole, end_s=until_s)
+        whole = replace(whole, begin_s=until_s)
+    yield whole

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from av.video.frame import VideoFrame
 
     from wax.dataset.episodes import Episode
-    from wax.dataset.frames import Frame
+    from wax.dataset.frames import DatasetFrame
     from wax.dataset.survey import Survey
     from wax.tape.selection import Selection
 
@@ -189,7 +189,7 @@ class _PieceWriter:
         self.episodes.append(
             self._dataset.add_episode(
                 frames,
-                task=self._options.task,
+                task=self._piece.task or self._options.task,
                 turn=self._piece.turn,
                 pictures=episode.pictures.result(),
             )
@@ -211,10 +211,10 @@ class _OpenEpisode:
         self._acts_next = options.acts_next
         self._fps = layout.fps
         self._video = VideoFile(path, fps=layout.fps, size=layout.size)
-        self._frames: list[Frame] = []
-        self._waiting: tuple[Frame, VideoFrame] | None = None
+        self._frames: list[DatasetFrame] = []
+        self._waiting: tuple[DatasetFrame, VideoFrame] | None = None
 
-    def add(self, frame: Frame, picture: VideoFrame) -> None:
+    def add(self, frame: DatasetFrame, picture: VideoFrame) -> None:
         if not self._acts_next:
             self._write(frame, picture)
             return
@@ -222,11 +222,11 @@ class _OpenEpisode:
         if before is not None:
             self._write(before[0].acting_as(frame), before[1])
 
-    def close(self) -> list[Frame]:
+    def close(self) -> list[DatasetFrame]:
         self._video.close()
         return self._frames
 
-    def _write(self, frame: Frame, picture: VideoFrame) -> None:
+    def _write(self, frame: DatasetFrame, picture: VideoFrame) -> None:
         self._video.add(picture)
         if len(self._frames) % self._fps == 0:
             self.pictures.add(picture)

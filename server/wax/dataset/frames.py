@@ -68,7 +68,7 @@ class Grid(Generic[_Picture]):
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class DatasetFrame:
     """One row of the dataset; its picture was captured at `captured_s` since 1970.
 
     `observed` has the values of `Timeline`'s names.
@@ -80,7 +80,7 @@ class Frame:
     gate: int
     held: bool
 
-    def acting_as(self, other: Frame) -> Frame:
+    def acting_as(self, other: DatasetFrame) -> DatasetFrame:
         """Return this frame with another's action."""
         return replace(self, action=other.action)
 
@@ -126,13 +126,13 @@ class Timeline:
                 case Commanded() if event.refused not in _NOT_THE_OPERATORS:
                     self._commanded.add(at_s, event)
 
-    def frame(self, captured_s: float) -> Frame | None:
+    def frame(self, captured_s: float) -> DatasetFrame | None:
         """Return the frame of a picture; None while an action or observation is unknown."""
         steered = self._steered.at(captured_s)
         observed = self._reported.at(captured_s) if self._observed else ()
         if steered is None or observed is None or any(map(math.isnan, observed)):
             return None
-        return Frame(
+        return DatasetFrame(
             captured_s=captured_s,
             action=tuple(getattr(steered, name) for name in self._actions),
             observed=observed,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from wax.dataset.frames import Frame
+    from wax.dataset.frames import DatasetFrame
     from wax.dataset.statistics import Stats
 
 VERSION: Final = "v3.0"
@@ -156,7 +156,7 @@ class LeRobotFolder:
 
     def add_episode(
         self,
-        frames: Sequence[Frame],
+        frames: Sequence[DatasetFrame],
         *,
         task: str,
         turn: int,
@@ -319,7 +319,7 @@ class LeRobotFolder:
 
 
 def _columns(
-    frames: Sequence[Frame], layout: Layout, episode: int, first: int
+    frames: Sequence[DatasetFrame], layout: Layout, episode: int, first: int
 ) -> dict[str, NDArray[Any]]:
     numbers = np.arange(len(frames), dtype=np.int64)
     columns: dict[str, NDArray[Any]] = {}

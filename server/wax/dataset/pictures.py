@@ -21,7 +21,7 @@ _US: Final = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class MediaFile:
+class PictureFile:
     """A file of pictures whose time 0 is `origin_s` since 1970."""
 
     path: Path
@@ -30,17 +30,17 @@ class MediaFile:
     size: tuple[int, int]
 
 
-def media_file(path: Path, origin_s: float) -> MediaFile | None:
+def picture_file(path: Path, origin_s: float) -> PictureFile | None:
     """Return what a file shows, None if it has no picture; raises `av.FFmpegError`, `OSError`."""
     with av.open(str(path), "r") as media:
         if not media.streams.video:
             return None
         stream = media.streams.video[0]
-        return MediaFile(path, origin_s, stream.codec_context.name, (stream.width, stream.height))
+        return PictureFile(path, origin_s, stream.codec_context.name, (stream.width, stream.height))
 
 
 def packets(
-    file: MediaFile, begin_s: float, end_s: float
+    file: PictureFile, begin_s: float, end_s: float
 ) -> Iterator[tuple[float, Packet[VideoStream]]]:
     """Yield packets with their capture times, from the keyframe before `begin_s` until `end_s`.
 
@@ -59,7 +59,7 @@ def packets(
 
 
 def decoded(
-    files: Sequence[MediaFile], begin_s: float, end_s: float, tell: Callable[[str], None]
+    files: Sequence[PictureFile], begin_s: float, end_s: float, tell: Callable[[str], None]
 ) -> Iterator[tuple[float, VideoFrame]]:
     """Yield the pictures captured from `begin_s` until `end_s`; `tell` hears what is damaged."""
     for file in files:

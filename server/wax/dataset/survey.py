@@ -9,7 +9,7 @@ import av
 
 from wax.dataset.episodes import QUIET_S, EpisodeFinder, LeftOut
 from wax.dataset.frames import ACTIONS, OBSERVED, told
-from wax.dataset.pictures import media_file
+from wax.dataset.pictures import picture_file
 from wax.errors import StateError, reason_of
 from wax.protocol.tape_events import Commanded, Filmed, Reported, Steered
 from wax.tape.event_ending import ending_of
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from wax.dataset.episodes import Episode
-    from wax.dataset.pictures import MediaFile
+    from wax.dataset.pictures import PictureFile
     from wax.protocol.tape_events import Placed, TapeEvent
     from wax.tape.selection import Selection
     from wax.tape.shelf import Shelved
@@ -41,7 +41,7 @@ class SurveyedPart:
     events: Path
     began_s: float
     ended_s: float
-    media: MediaFile
+    media: PictureFile
 
 
 @dataclass(slots=True)
@@ -75,13 +75,20 @@ def survey(selection: Selection, *, camera: str = DRIVING_VIEW, joins: bool = Fa
     finder = EpisodeFinder(joins=joins)
     seen = _Values()
     cameras: set[str] = {DRIVING_VIEW}
-    for part in selection.parts:
+    selected = {one.name for one in selection.parts}
+    for part in sorted((*selection.parts, *selection.later), key=lambda one: one.name):
         try:
-            surveyed = _survey(part, camera, finder, seen, cameras)
+            read = _read(part, finder)
+            if part.name in selected:
+                found.parts.append(_survey(part, read, camera, cameras))
+                for _, event in read.placed:
+                    seen.add(event)
+                if read.problem is not None:
+                    why = f"{part.name}: {read.problem}"
+                    found.left_out.append(LeftOut(read.ended_s, read.ended_s, why))
         except StateError as error:
-            found.left_out.append(LeftOut(part.began_s, part.ended_s, str(error)))
-            continue
-        found.parts.append(surveyed)
+            if part.name in selected:
+                found.left_out.append(LeftOut(part.began_s, part.ended_s, str(error)))
     if camera not in cameras:
         known = ", ".join(sorted(cameras))
         raise StateError(f"--camera: the tape has no {camera!r}; it has {known}")
@@ -91,6 +98,7 @@ def survey(selection: Selection, *, camera: str = DRIVING_VIEW, joins: bool = Fa
         clipped
         for one in division.episodes
         if (clipped := one.within(selection.begin_s, selection.end_s)) is not None
+        and found.within(clipped.begin_s, clipped.end_s)
     ]
     found.actions, found.observed = seen.actions, seen.observed
     return found
@@ -120,42 +128,59 @@ class _Values:
         return tuple(name for name in OBSERVED if name in (self._told or ()))
 
 
-def _survey(
-    part: Shelved, camera: str, finder: EpisodeFinder, seen: _Values, cameras: set[str]
-) -> SurveyedPart:
-    """Read a part; raises `StateError` with the reason if it cannot be exported."""
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """The events of a part; `problem` is what could not be read."""
+
+    path: Path
+    began_s: float
+    placed: list[tuple[float, TapeEvent]]
+    problem: str | None
+
+    @property
+    def ended_s(self) -> float:
+        """The time of the newest event."""
+        return self.placed[-1][0] if self.placed else self.began_s
+
+
+def _read(part: Shelved, finder: EpisodeFinder) -> _Read:
+    """Read a part's events, which the finder gets, too; raises `StateError`."""
     if part.events is None:
         raise StateError(f"{part.name}: {_NO_EVENTS}")
+    events = read_events(part.events)
+    began_s = events.began_wall_ms / 1000
+    read = _Read(part.events, began_s, list(_placed(began_s, events.events)), events.problem)
+    finder.begin_part(began_s)
+    for at_s, event in read.placed:
+        finder.add(at_s, event)
+    return read
+
+
+def _survey(part: Shelved, read: _Read, camera: str, cameras: set[str]) -> SurveyedPart:
+    """Return what a part has to export; raises `StateError` with the reason if nothing can."""
     try:
-        if ending_of(part.events) == "open":
+        if ending_of(read.path) == "open":
             raise StateError(f"{part.name}: {_OPEN}")
     except OSError as error:
         raise StateError(f"{part.name}: {reason_of(error)}") from error
-    read = read_events(part.events)
-    began_s = read.began_wall_ms / 1000
-    placed = list(_placed(began_s, read.events))
-    begins = {DRIVING_VIEW: (part.media, began_s)}
-    for at_s, event in placed:
+    begins = {DRIVING_VIEW: (part.media, read.began_s)}
+    for at_s, event in read.placed:
         if isinstance(event, Filmed):
             begins[event.name] = part.cameras.get(event.camera), at_s
     cameras.update(begins)
-    path, origin_s = begins.get(camera, (None, began_s))
+    path, origin_s = begins.get(camera, (None, read.began_s))
     media = None if path is None else _media(part.name, path, origin_s)
     if media is None:
         raise StateError(f"{part.name}: {_NO_PICTURE}")
-    finder.begin_part(began_s)
-    for at_s, event in placed:
-        seen.add(event)
-        finder.add(at_s, event)
-    return SurveyedPart(part.events, began_s, began_s + read.length_ms / 1000 + QUIET_S, media)
+    return SurveyedPart(read.path, read.began_s, read.ended_s + QUIET_S, media)
 
 
-def _media(name: str, path: Path, origin_s: float) -> MediaFile | None:
+def _media(name: str, path: Path, origin_s: float) -> PictureFile | None:
     problem = facts_of(path).problem
     if problem is not None:
         raise StateError(f"{name}: {problem}")
     try:
-        return media_file(path, origin_s)
+        return picture_file(path, origin_s)
     except (av.FFmpegError, OSError) as error:
         raise StateError(f"{name}: {reason_of(error)}") from error
 
