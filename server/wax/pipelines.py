@@ -58,7 +58,7 @@ class Pipelines:
                 one,
                 find_sources.make_camera(one, clock, driver),
                 clock=clock,
-                blank=self._blanking.picture,
+                blank=Blanking(is_blanked).picture,
                 make_encoder=makers.make,
             )
             for one, makers in zip(settings.camera, self.encoders[1:], strict=True)
@@ -154,7 +154,9 @@ class Pipelines:
 
         def handle(picture: Picture) -> None:
             self.view.captured(picture.captured_s, picture.within_s)
-            put(self._blanking.picture(picture))
+            shown = self._blanking.picture(picture)
+            if shown is not None:
+                put(shown)
 
         return handle
 

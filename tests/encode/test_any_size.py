@@ -116,6 +116,7 @@ def test_a_blanked_picture_is_black_in_any_size(halves: tuple[int, int]) -> None
     """No plane of it holds anything of the camera's."""
     width, height = 2 * halves[0], 2 * halves[1]
     blank = Blanking(lambda: True).picture(quartered(width, height))
+    assert blank is not None
     assert (blank.i420 == black(width, height)).all()
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Camera:
-    """The camera of one `[[camera]]` table; `blank` is applied to each picture in its thread."""
+    """The camera of one `[[camera]]` table; `blank` replaces or drops pictures in its thread."""
 
     def __init__(
         self,
@@ -28,7 +28,7 @@ class Camera:
         source: VideoSource,
         *,
         clock: Clock,
-        blank: Callable[[Picture], Picture],
+        blank: Callable[[Picture], Picture | None],
         make_encoder: Callable[[RenditionSettings], PictureEncoder] | None = None,
     ) -> None:
         self.settings = settings
@@ -78,4 +78,6 @@ class Camera:
         self.hub.stop()
 
     def _take(self, picture: Picture) -> None:
-        self._put(self._blank(picture))
+        shown = self._blank(picture)
+        if shown is not None:
+            self._put(shown)
