@@ -51,6 +51,7 @@ class Pipelines:
     ) -> None:
         self._settings = settings = prepared.settings
         self._clock = clock
+        self._published = published(settings.video.renditions, prepared.rooms_bps)
         self._blanking = Blanking(is_blanked)
         self.encoders = prepared.encoders
         self.cameras = [
@@ -77,7 +78,7 @@ class Pipelines:
             sound = self.audio if self._settings.access.strangers_hear else None
             cluster.publish(
                 self._settings.publish,
-                [one.name for one in published(self._settings.video.renditions)],
+                [one.name for one in self._published],
                 PublishedSources(self.service.codecs, self.video, sound),
             )
 
@@ -114,7 +115,7 @@ class Pipelines:
             video=self.video,
             audio=self.audio,
             upload_bps=upload_left_bps(
-                settings.network.upload_bps, settings.video.renditions, settings.publish
+                settings.network.upload_bps, self._published, settings.publish
             ),
             cameras=self.cameras,
         )

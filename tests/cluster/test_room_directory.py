@@ -51,18 +51,27 @@ def test_who_is_on_the_way_counts_until_the_next_count_but_one() -> None:
 
 
 def test_two_renditions_are_published() -> None:
-    """The best rendition is published, and one of at most a quarter of its bitrate, if any."""
+    """The best rendition is published, and one of at most a quarter of its bitrate, if any.
+
+    With a limit that is the best within it.
+    """
     assert [one.bitrate_bps for one in published(VideoSettings().renditions)] == [
         1_000_000,
         120_000,
     ]
+    hd = VideoSettings(width=1280, height=720).renditions
+    assert [one.name for one in published(hd, 1_000_000)] == [
+        "960x540 at 1000 kbit/s",
+        "320x180 at 120 kbit/s",
+    ]
+    assert published(hd)[0] == hd[0]
     only = RenditionSettings(width=640, height=480, fps=30, bitrate_bps=600_000)
-    assert published([only]) == [only]
+    assert published([only]) == published([only], 100_000) == [only]
 
 
 def test_the_rooms_come_off_the_upload_first() -> None:
     """A LiveKit room takes both renditions and the sound, another the best and the sound."""
-    ladder = VideoSettings().renditions
+    ladder = published(VideoSettings().renditions)
     rooms = [
         PublishSettings(livekit="wss://a", api_key="k", api_secret="s"),
         PublishSettings(whip="https://b"),

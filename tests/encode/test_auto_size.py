@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -109,15 +110,24 @@ def test_hardware_makes_a_slow_processor_fast_enough() -> None:
         ({"video": {"renditions": LADDER}}, "320x180"),
         ({"video": {"renditions": LADDER, "width": 640, "height": 360}}, "640x360"),
         ({"video": {"source": "none"}}, "852x480"),
-        ({"publish": [{"whip": "https://room.example/"}]}, "852x480"),
         ({"sync": {"policy": "thesis"}}, "640x480"),
     ],
 )
 def test_what_is_configured_is_not_tried(tables: dict[str, Any], size: str) -> None:
-    """An explicit size, or that of an explicit ladder, wins; rooms and the thesis have VGA."""
+    """An explicit size, or that of an explicit ladder, wins; the thesis has VGA."""
     slow = Machine(80.0)
     video = slow.prepare(shape=(71, 40), **tables).settings.video
     assert (f"{video.width}x{video.height}", slow.tried) == (size, [])
+
+
+def test_rooms_get_a_step_that_is_paid_for_by_the_byte() -> None:
+    """Viewers have HD; rooms get at most 1 Mbit/s of the automatic ladder, and all of your own."""
+    rooms: dict[str, Any] = {"publish": [{"whip": "https://room.example/"}]}
+    prepared = Machine(12.0).prepare(**rooms)
+    assert sizes(prepared.settings.video)[0] == "1280x720"
+    assert prepared.rooms_bps == 1_000_000
+    own = Machine(12.0).prepare(**rooms, video={"renditions": LADDER})
+    assert own.rooms_bps == math.inf
 
 
 def test_a_camera_on_its_side_has_a_ladder_that_stands() -> None:

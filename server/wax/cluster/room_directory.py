@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -60,23 +61,27 @@ def choose(live: Sequence[Occupancy], before: Sequence[str] = ()) -> list[Occupa
     return [*kept, *others][:_SEATS]
 
 
-def published(ladder: Sequence[RenditionSettings]) -> list[RenditionSettings]:
-    """Return the renditions to publish: the best, and one for a thin link if there is one."""
-    best = ladder[0]
+def published(
+    ladder: Sequence[RenditionSettings], most_bps: float = math.inf
+) -> list[RenditionSettings]:
+    """Return the renditions to publish: the best of at most this rate, and one for a thin link.
+
+    The latter is left out if the ladder has none.
+    """
+    best = next((one for one in ladder if one.bitrate_bps <= most_bps), ladder[-1])
     small = next((one for one in ladder if one.bitrate_bps <= _SMALL * best.bitrate_bps), None)
     return [best] if small is None else [best, small]
 
 
 def upload_left_bps(
-    upload_bps: int, ladder: Sequence[RenditionSettings], rooms: Sequence[PublishSettings]
+    upload_bps: int, chosen: Sequence[RenditionSettings], rooms: Sequence[PublishSettings]
 ) -> int:
     """Return the upload that the rooms leave to this server's own viewers; 0 is no limit.
 
-    Raises `StartError` if they leave nothing.
+    `chosen` are the renditions that are published. Raises `StartError` if they leave nothing.
     """
     if not upload_bps:
         return 0
-    chosen = published(ladder)
     bits = sum(
         _SOUND_BPS + sum(one.bitrate_bps for one in (chosen if room.livekit else chosen[:1]))
         for room in rooms

@@ -102,8 +102,9 @@ class VideoSettings(ConfigTable):
     """The width in pixels to request from the source; every rendition is scaled from it. "auto" is
     the source's best up to 1280×720 at 25 pictures a second or more, if a trial at the start
     shows that this machine encodes it in time, else 640×480, which cameras beside the driving
-    view, rooms of publish and the thesis's policy have, too. The log and `wax doctor` say what was
-    chosen, and why. A list of your own renditions has the size of the first."""
+    view and the thesis's policy have, too; rooms of publish get at most 1 Mbit/s of its ladder.
+    The log and `wax doctor` say what was chosen, and why. A list of your own renditions has the
+    size of the first."""
     height: Annotated[
         int,
         Field(ge=32, le=2160, multiple_of=2),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -27,6 +28,9 @@ _LOG = structlog.get_logger(__name__)
 
 VideoT = TypeVar("VideoT", bound=VideoSettings)
 
+_ROOMS_BPS: Final = 1_000_000
+"""Media servers are paid by the byte: rooms get no more of an automatic ladder, which is sharper
+at that rate than 640×480."""
 _YOURS: Final = "as configured"
 
 
@@ -43,6 +47,8 @@ class Prepared:
     encoders: list[Encoders]
     chosen: list[str]
     is_slow: bool = False
+    rooms_bps: float = math.inf
+    """The most for one rendition in the rooms of publish."""
 
     @property
     def driving_view(self) -> tuple[VideoSettings, Encoders]:
@@ -81,6 +87,9 @@ def prepare(
         beside = list(pool.map(_sized, cameras, looks))
     others, told = [one for one, _ in beside], [why for _, why in beside]
 
+    is_auto = video.has_auto_size and video.has_auto_ladder
+    rooms_bps = _ROOMS_BPS if is_auto else math.inf
+
     def prepared(
         most: Size, why: str = "", *, is_slow: bool = False, known: Size | None = None
     ) -> Prepared:
@@ -91,18 +100,13 @@ def prepare(
 
         view, chosen = _sized(video, look, why)
         found = settings.model_copy(update={"video": view, "camera": others})
-        return Prepared(found, choose([view, *others]), [chosen, *told], is_slow)
+        return Prepared(found, choose([view, *others]), [chosen, *told], is_slow, rooms_bps)
 
-    most, why = HD, ""
-    if settings.publish:  # whose servers are paid by the byte
-        most, why = VGA, "the rooms of publish get it, too"
-    elif video.source == "none":
-        most, why = VGA, "there is no picture"
-    best = prepared(most, why)
+    is_seen = video.source != "none"
+    best = prepared(HD) if is_seen else prepared(VGA, "there is no picture")
     top = best.settings.video.renditions[0]
-    is_free = most is HD and video.has_auto_size and video.has_auto_ladder
     is_large = top.width * top.height > VGA.width * VGA.height
-    if not (is_free and is_large) or best.encoders[0].has_hardware_for(top):
+    if not (is_seen and is_auto and is_large) or best.encoders[0].has_hardware_for(top):
         return best
     took_ms, may_ms = encode_ms(top, video.codec), most_ms(top.fps)
     measured = (
@@ -114,7 +118,7 @@ def prepare(
         known = Size(view.width, view.height) if is_network(video.source) else None
         why = f"this machine is too slow for more: {measured}"
         return prepared(VGA, why, is_slow=True, known=known)
-    return Prepared(best.settings, best.encoders, [f"{best.chosen[0]}; {measured}", *told])
+    return replace(best, chosen=[f"{best.chosen[0]}; {measured}", *told])
 
 
 def _sized(video: VideoT, look: Callable[[], OwnSize], why: str = "") -> tuple[VideoT, str]:
