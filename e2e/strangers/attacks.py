@@ -18,7 +18,7 @@ from contextlib import AsyncExitStack, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.strangers import by_channel, by_http, by_udp, wire
+from e2e.strangers import by_channel, by_dtls, by_http, by_ice, by_udp, wire
 from e2e.strangers.ground import Attack, Ground, address, together
 from e2e.strangers.intruder import Intruder, NoPlaceError
 
@@ -40,7 +40,7 @@ async def _mix(ground: Ground) -> None:
     several = [
         name
         for name, one in ATTACKS.items()
-        if name not in (MIX, "feedback-40", "slow") and one.viewers <= let_in
+        if name not in (MIX, ALL, "chains", "feedback-40", "slow") and one.viewers <= let_in
     ]
 
     async def row(own: random.Random) -> None:  # one generator each, so that a seed repeats it
@@ -57,6 +57,11 @@ async def _mix(ground: Ground) -> None:
             await asyncio.sleep(own.uniform(0.0, 0.5))
 
     await together(row(random.Random(ground.chance.random())) for _ in range(3))
+
+
+async def _every(ground: Ground) -> None:
+    """Run each of the others, all the time."""
+    await together(one.work(ground) for name, one in ATTACKS.items() if name not in (MIX, ALL))
 
 
 async def _talk(ground: Ground) -> None:
@@ -88,6 +93,7 @@ def _offers(what: str, rate_hz: float, sources: int, shaped: Callable[[str], str
 
 
 MIX: Final = "mix"
+ALL: Final = "all"
 ATTACKS: Final[dict[str, Attack]] = {
     "feedback-1": _feedback(1, 4),
     "feedback-4": _feedback(4, 3),
@@ -150,7 +156,15 @@ ATTACKS: Final[dict[str, Attack]] = {
     "offers-20": _offers("50 offers a second from 20 addresses", 50, 20),
     "offers-50": _offers("200 offers a second from 50 addresses", 200, 50),
     "wide-offers": _offers("10 offers a second of five long pictures", 10, 5, wire.wide),
+    "chains": Attack(
+        "4 handshakes a second from 4 addresses with a chain of 40 or 80 certificates",
+        partial(by_dtls.chains, rate_hz=4, sources=4), prepare=by_dtls.made,
+    ),
+    "swaps": Attack(
+        "a viewer swaps two paths of its own, 100/s", partial(by_ice.swaps, rate_hz=100), 1, True
+    ),
     MIX: Attack("all of these, by chance", _mix, 10, True),
+    ALL: Attack("all of these at once", _every, 20, True, prepare=by_dtls.made),
 }  # fmt: skip
 
 
@@ -172,6 +186,7 @@ async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intru
 async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, Any]:
     """Let the viewers join, signal the start, and attack; return what was sent and received."""
     one = ATTACKS[name]
+    await asyncio.to_thread(one.prepare)
     async with AsyncExitStack() as leaving:
         intruders = await _let_in(port, one, leaving)
         print(flush=True)

@@ -56,13 +56,17 @@ class Ground:
 
 @dataclass(frozen=True, slots=True)
 class Attack:
-    """`viewers` join before it begins: with a picture if `sees`, from own addresses if `apart`."""
+    """`viewers` join before it begins: with a picture if `sees`, from own addresses if `apart`.
+
+    `prepare` is called before that.
+    """
 
     what: str
     work: Work
     viewers: int = 0
     sees: bool = False
     apart: bool = False
+    prepare: Callable[[], object] = bool
 
 
 async def together(works: Iterable[Awaitable[Any]]) -> None:

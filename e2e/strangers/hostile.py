@@ -342,6 +342,7 @@ async def hostile(
         quiet, found = watch.filled(await watch.look(_QUIET_S)), dict[str, Seen]()
         process, meter = psutil.Process(stage.server.pid), ProcessMeter(stage.server.pid)
         before, before_mib = process.num_fds(), meter.rss_mib()
+        steps = (await stage.server.status())["steps"]
         for name in names:
             lasts_s = max(STOPS * _TRIAL_S, (_SHORTEST_S - n) * (name == "slow"))
             coming = asyncio.create_task(_join(joiner, "host", after_s=n / 2))
@@ -352,12 +353,32 @@ async def hostile(
         await asyncio.sleep(_KEPT_S)
         kept_mib = meter.rss_mib() - before_mib
         left = await _left(process, before)
+        longest_ms = _longer_ms(steps, (await stage.server.status())["steps"])
     print(f"WAX_SEED={seed}", flush=True)
     return [
         *rows(key, load, quiet, found),
         counted(f"{key}: left", "… descriptors that are left", left, len(names)),
         summed(f"{key}: kept", "… memory that is kept for 10 s", "MiB", [kept_mib], KEPT_MIB),
+        timed(
+            f"{key}: longest",
+            "… longest step of each part of the event loop, with its waits for a core",
+            list(longest_ms.values()) or [0.0],
+            STEP_MS,
+            parts=longest_ms,
+        ),
     ]
+
+
+def _longer_ms(
+    before: Mapping[str, Mapping[str, float]], after: Mapping[str, Mapping[str, float]]
+) -> dict[str, float]:
+    """Return the longest step of each part that had one longer than ever before."""
+    nothing = {"longest_ms": 0.0}
+    return {
+        part: one["longest_ms"]
+        for part, one in after.items()
+        if one["longest_ms"] > before.get(part, nothing)["longest_ms"]
+    }
 
 
 def _wrong(seen: Seen, quiet: Seen) -> list[str]:

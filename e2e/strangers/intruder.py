@@ -19,6 +19,8 @@ from wax.client.sdp import agreed, as_browser
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from aiortc import RTCCertificate
+
 _ANSWER_S: Final = 15.0
 _AGAIN_S: Final = 0.3
 _TRIES: Final = 60
@@ -108,8 +110,19 @@ class Intruder(Client):
     @property
     def media_address(self) -> tuple[str, int]:
         """The address that this viewer sends to: the port that all share."""
-        host, port = self._dtls.transport._connection._nominated[1].remote_addr
+        host, port = self.ice._nominated[1].remote_addr
         return str(host), int(port)
+
+    @property
+    def ice(self) -> Any:
+        """The ICE connection of aioice."""
+        return self._dtls.transport._connection
+
+    def show(self, certificate: RTCCertificate) -> None:
+        """Show another certificate than its own; before `connect`."""
+        transports: set[Any] = {one.receiver.transport for one in self.peer.getTransceivers()}
+        for dtls in transports | {self._dtls}:
+            dtls._RTCDtlsTransport__local_certificate = certificate
 
     @property
     def is_connected(self) -> bool:

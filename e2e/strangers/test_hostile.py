@@ -25,7 +25,7 @@ from e2e.measure.table import to_table
 from e2e.stop.operator import RawOperator
 from e2e.stop.stage import LIGHT, STOPS_AT_EACH_TRIAL, staged
 from e2e.strangers import wire
-from e2e.strangers.attacks import ATTACKS, MIX
+from e2e.strangers.attacks import ALL, ATTACKS, MIX
 from e2e.strangers.ground import strangers
 from e2e.strangers.hostile import STOP_MS, Watch, hostile, public_robot
 from wax.machine.priority import NICENESS
@@ -42,7 +42,7 @@ pytestmark = [
 ]
 
 SECONDS: Final = 0.5
-MIX_S: Final = 3.0
+MIX_S: Final = 2.0
 SHORT: Final = (
     *("feedback-4", "chunks", "crumbs", "keys", "releases"),
     *("unfinished", "resets", "crowd", "wide-offers"),
@@ -111,7 +111,7 @@ async def watch(stage: Stage) -> AsyncIterator[Watch]:
     [
         name if name in SHORT else pytest.param(name, marks=pytest.mark.full)
         for name in ATTACKS
-        if name not in (MIX, CROWD)
+        if name not in (MIX, ALL, CROWD)
     ],
 )
 async def test_an_attack_stops_no_robot_and_no_stop(name: str, watch: Watch, gang: Child) -> None:
