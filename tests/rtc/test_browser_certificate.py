@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 from aiortc import RTCCertificate, RTCPeerConnection
@@ -78,6 +79,15 @@ def test_a_self_signed_certificate_is_accepted() -> None:
     """A self-signed certificate of the usual curve completes the handshake."""
     key = ec.generate_private_key(ec.SECP256R1())
     assert shakes_hands(key, [signed("me", key, "me", key)])
+
+
+def test_what_verifies_a_certificate_is_freed_at_once() -> None:
+    """It is freed without the garbage collector, whose full run comes twice an hour."""
+    private.install()
+    context: Any = RTCCertificate.generateCertificate()._create_ssl_context(SRTP_PROFILES)
+    verifies = weakref.ref(context._verify_helper)
+    del context
+    assert verifies() is None
 
 
 def test_a_certificate_chain_is_refused() -> None:

@@ -120,6 +120,7 @@ _SET: Final[tuple[tuple[type, str], ...]] = (
     (RTCSctpTransport, "_advertised_rwnd _data_channel_queue _data_channels _inbound_streams"),
     (RTCSctpTransport, "_last_received_tsn _local_tsn _local_verification_tag"),
     (RTCSctpTransport, "_sack_duplicates _sack_misordered _sack_needed"),
+    (SSL.Context, "_verify_callback _verify_helper"),
 )
 """Classes, and the attributes that their `__init__` must set."""
 
@@ -326,6 +327,8 @@ def _ssl_context(certificate: RTCCertificate, srtp_profiles: list[Any]) -> SSL.C
     if _is_known(certificate):
         return context
     context.set_verify(SSL.VERIFY_PEER | SSL.VERIFY_FAIL_IF_NO_PEER_CERT, _is_cheap_leaf)
+    # A cycle; the context itself keeps the callback.
+    cast("Any", context._verify_helper).callback = None
     return context
 
 

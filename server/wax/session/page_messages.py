@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _MOST_TOLD: Final = 40
 """Waiting viewers listed in a message to the LiveKit rooms."""
-_viewer_info: Final = lru_cache(maxsize=1024)(messages.ViewerInfo)
+_viewer_info: Final = lru_cache(maxsize=256)(messages.ViewerInfo)
 """Unchanged lines are the same object, so that comparing a crowd's lines is fast."""
 
 
