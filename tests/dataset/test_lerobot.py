@@ -28,7 +28,7 @@ from tests.dataset.driven_tape import (
 )
 
 from wax.capture.testcard import STAMP_MODULUS
-from wax.dataset import export as exporting
+from wax.dataset import piece_writer
 from wax.dataset.command import export_lerobot
 from wax.dataset.video_file import VideoFile
 from wax.errors import ConfigError, StateError
@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
     from tests.dataset.driven_tape import Timed
 
+    from wax.dataset.statistics import PictureStatistics
+
 PART_S: Final = 4.0
 OPTIONS: Final[dict[str, Any]] = {
     "camera": None,
@@ -48,6 +50,7 @@ OPTIONS: Final[dict[str, Any]] = {
     "task": "drive",
     "acts_next": False,
     "joins": False,
+    "copies": False,
     "drop_under_s": 0.5,
     "tell": print,
 }
@@ -235,6 +238,42 @@ def test_another_camera_and_rate_can_be_chosen(tmp_path: Path) -> None:
         exported(shelf, tmp_path / "none", camera="Door")
 
 
+def test_pictures_can_be_copied_as_they_are(tmp_path: Path) -> None:
+    """H.264 from a keyframe on, one for each frame, stays bit for bit what was recorded."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    for part in range(2):
+        events = driven(part) if part else [*driven(0)[3:], (1.0, turned(1))]
+        write_part(shelf, events, times_s(part), codec="h264", is_keyframe=lambda n: n % 30 == 0)
+    said = exported(shelf, tmp_path / "out", copies=True)
+    assert "1 episodes, 130 frames" in said
+    assert "0.5 s: turn 1: lies before a keyframe" in said
+    found = rows(tmp_path / "out")
+    captured_s = [row["wax.captured_s"] for row in found]
+    assert captured_s[0] - BEGAN_S == pytest.approx(1.5, abs=0.011)
+    shown = shown_s(tmp_path / "out", captured_s)
+    assert np.abs(np.subtract(shown, captured_s)).max() <= 0.5 / FPS
+    (video,) = (tmp_path / "out/videos").rglob("*.mp4")
+    taped = [one for part in shelf.parts() for one in _pictures(part.media)]
+    assert _pictures(video) == taped[30:]
+
+
+def _pictures(path: Path | None) -> list[bytes]:
+    with av.open(str(path)) as media:
+        return [bytes(packet) for packet in media.demux(video=0) if packet.size]
+
+
+def test_pictures_that_do_not_fit_are_encoded(tmp_path: Path) -> None:
+    """Where a picture is missing, or at another rate, a copy would be wrong."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    shown = [at_s for at_s in times_s(0) if round(at_s * FPS) != 40]
+    write_part(shelf, driven(0), shown, codec="h264")
+    exported(shelf, tmp_path / "out", copies=True)
+    exported(shelf, tmp_path / "encoded")
+    assert rows(tmp_path / "out") == rows(tmp_path / "encoded")
+
+
 def test_a_time_can_be_chosen(shelf: Shelf, tmp_path: Path) -> None:
     """An episode is clipped to the time asked for."""
     exported(shelf, tmp_path / "out", begin="2026-11-23T14:00:01", end="2026-11-23T14:00:03")
@@ -255,8 +294,8 @@ class FullDisk:
         type(self).episodes += 1
         self._file = VideoFile(path, fps=fps, size=size)
 
-    def add(self, frame: av.VideoFrame) -> None:
-        self._file.add(frame)
+    def add(self, frame: av.VideoFrame, statistics: PictureStatistics) -> None:
+        self._file.add(frame, statistics)
 
     def close(self) -> None:
         self._file.close()
@@ -275,7 +314,7 @@ def test_an_export_that_was_interrupted_goes_on(
     write_part(shelf, [*driven(0), *stops], times_s(0))
     exported(shelf, tmp_path / "whole")
     with monkeypatch.context() as patched:
-        patched.setattr(exporting, "VideoFile", FullDisk)
+        patched.setattr(piece_writer, "VideoFile", FullDisk)
         with pytest.raises(StateError, match="the disk is full; free some, and give the same"):
             exported(shelf, tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -25,6 +25,7 @@ def export_lerobot(
     task: str,
     acts_next: bool,
     joins: bool,
+    copies: bool,
     drop_under_s: float,
     tell: Callable[[str], None],
 ) -> str:
@@ -34,14 +35,20 @@ def export_lerobot(
     if not drop_under_s >= 0:
         raise ConfigError(f"--drop-under: got {drop_under_s}; allowed is 0 and more")
     try:
-        from wax.dataset.export import Options, export  # noqa: PLC0415  # it needs pyarrow
+        from wax.dataset.export import export  # noqa: PLC0415  # it needs pyarrow
+        from wax.dataset.piece_writer import Options  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise ConfigError(
             f"--lerobot needs {error.name}, which is not installed:"
             ' pip install "wax-teleop[dataset]"'
         ) from error
     options = Options(
-        fps=fps, task=task, acts_next=acts_next, joins=joins, drop_under_s=drop_under_s
+        fps=fps,
+        task=task,
+        acts_next=acts_next,
+        joins=joins,
+        copies=copies,
+        drop_under_s=drop_under_s,
     )
     if camera is not None:
         options = replace(options, camera=camera)

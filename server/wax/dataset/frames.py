@@ -67,6 +67,13 @@ class Grid(Generic[_Picture]):
         return self._first_s + self._frames / self._fps
 
 
+def are_on_grid(times_s: Sequence[float], fps: float) -> bool:
+    """Whether the grid takes each picture once, so that they can be copied."""
+    grid: Grid[None] = Grid(fps)
+    frames = [frame_s for at_s in times_s for frame_s, _ in grid.add(at_s, None)]
+    return [*frames, *(frame_s for frame_s, _ in grid.finish())] == list(times_s)
+
+
 @dataclass(frozen=True, slots=True)
 class DatasetFrame:
     """One row of the dataset; its picture was captured at `captured_s` since 1970.

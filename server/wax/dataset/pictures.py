@@ -28,6 +28,7 @@ class PictureFile:
     origin_s: float
     codec: str
     size: tuple[int, int]
+    header: bytes | None
 
 
 def picture_file(path: Path, origin_s: float) -> PictureFile | None:
@@ -36,7 +37,9 @@ def picture_file(path: Path, origin_s: float) -> PictureFile | None:
         if not media.streams.video:
             return None
         stream = media.streams.video[0]
-        return PictureFile(path, origin_s, stream.codec_context.name, (stream.width, stream.height))
+        context = stream.codec_context
+        size = stream.width, stream.height
+        return PictureFile(path, origin_s, context.name, size, context.extradata)
 
 
 def packets(
