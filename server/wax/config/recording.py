@@ -13,9 +13,9 @@ from wax.config.table import ConfigTable
 class RecordingSettings(ConfigTable):
     """The tape: picture and sound as they were sent in the best quality, and what was commanded and
     what became of it, on disk for a while. Everybody sees on their page that it runs. `wax tape`
-    lists, keeps, exports and deletes what is on it, `wax replay` plays it. A power cut costs it about a
-    second; what it cuts off is mended at the next start, or by `wax tape repair`, so that other
-    programs read it.
+    lists, keeps, exports and deletes what is on it, `wax replay` plays it. A power cut costs it
+    about a second; what it cuts off is mended at the next start, or by `wax tape repair`, so that
+    other programs read it.
     """
 
     enabled: bool = False
