@@ -60,6 +60,13 @@ def test_a_burst_of_other_work_changes_nothing() -> None:
     assert machine.late.left == ["1280x720"]
 
 
+def test_a_machine_that_is_far_behind_leaves_several_sizes_at_once() -> None:
+    """A size that would be late, too, by the number of its pixels, is not tried on the way."""
+    machine = Machine()
+    machine.seconds(4, [5.0, 1.3, 0.4])
+    assert machine.late.left == ["1280x720", "640x360"]
+
+
 def test_what_is_smaller_stays_as_it_was_asked_for() -> None:
     """Only who wants more than is sent gets less."""
     machine = Machine()

@@ -56,7 +56,8 @@ class LateEncoding:
         is_late = self._load(loads, top) > _LATE_SHARE and top < len(self._sizes) - 1
         if self._late.lasts(is_late, _LATE_S, now_s):
             self._back_off(now_s)
-            self._left, self._changed_s, self._late = top + 1, now_s, Since()
+            self._left = self._next_in_time(self._load(loads, top), top)
+            self._changed_s, self._late = now_s, Since()
         elif self._left and now_s - self._changed_s >= self._pause_s:
             self._try(self._load(loads, self._left - 1), now_s)
 
@@ -65,6 +66,14 @@ class LateEncoding:
         if load <= _LATE_SHARE:
             self._left -= 1
             self._changed_s = self._tried_s = now_s
+
+    def _next_in_time(self, load: float, top: int) -> int:
+        """Return the largest smaller size that should be in time; the work grows with the area."""
+        at = top + 1
+        share = load / area(self._sizes[top])
+        while at < len(self._sizes) - 1 and share * area(self._sizes[at]) > _LATE_SHARE:
+            at += 1
+        return at
 
     def _back_off(self, now_s: float) -> None:
         if now_s - self._tried_s < _TRIAL_S:
