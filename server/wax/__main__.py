@@ -335,6 +335,7 @@ def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) 
     lerobot.add_argument(
         "--copy", action="store_true", help="copy H.264; each episode begins with a keyframe"
     )
+    lerobot.add_argument("--sound", action="store_true", help="voices, too, a file an episode")
     lerobot.add_argument("--join", action="store_true", help="go on through a Stop or a fault")
     lerobot.add_argument(
         "--drop-under", type=float, default=1.0, metavar="S", help="shorter episodes (1 s)"
@@ -539,6 +540,7 @@ def _tape_export(shelf: Shelf, task: str, arguments: argparse.Namespace) -> str:
         acts_next=arguments.action == "next",
         joins=arguments.join,
         copies=arguments.copy,
+        sound=arguments.sound,
         drop_under_s=arguments.drop_under,
         tell=lambda text: print(text, flush=True),
     )

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal
 
+from tests.tape.packets import sounds
 from tests.turned_clock import TurnedClock
 
 from wax.capture.source import Picture
 from wax.capture.testcard import TestCardVideo
 from wax.config.settings import Settings
 from wax.config.video import RenditionSettings
+from wax.encode.encoded import EncodedSound
 from wax.encode.video_encoder import VideoEncoder
 from wax.protocol.tape_events import Commanded, Reported, Steered, Turned
 from wax.tape.segment import Segment
@@ -69,6 +71,7 @@ def write_part(
     codec: Literal["vp8", "h264"] = "vp8",
     size: tuple[int, int] = SIZE,
     is_keyframe: Callable[[int], bool] = lambda number: number % (10 * FPS) == 0,
+    has_sound: bool = False,
     has_end: bool = True,
 ) -> Segment:
     """Write a part that begins with the first picture; all times are seconds of the tape."""
@@ -86,20 +89,28 @@ def write_part(
         zero_ns=round(BEGAN_S * 1e9),
         codec=codec,
         size=size,
-        has_sound=False,
+        has_sound=has_sound,
     )
-    items: list[tuple[float, int, TapeEvent | None]] = [
-        *((at_s, -1, event) for at_s, event in events),
-        *((at_s, number, None) for number, at_s in enumerate(times_s)),
+    items: list[tuple[float, TapeEvent | EncodedSound | int]] = [
+        *events,
+        *((one.captured_s, one) for one in _heard(times_s) if has_sound),
+        *((at_s, number) for number, at_s in enumerate(times_s)),
     ]
-    for at_s, number, event in sorted(items, key=lambda one: one[0]):
-        if event is not None:
-            part.event(event, at_s)
-            continue
-        drawn = Picture(card.draw(round((BEGAN_S + at_s) * 1000)), at_s)
-        encoded = encoder.encode(drawn, keyframe=is_keyframe(number))
-        assert encoded is not None
-        part.picture(encoded)
+    for at_s, item in sorted(items, key=lambda one: one[0]):
+        if isinstance(item, EncodedSound):
+            part.sound(item)
+        elif not isinstance(item, int):
+            part.event(item, at_s)
+        else:
+            drawn = Picture(card.draw(round((BEGAN_S + at_s) * 1000)), at_s)
+            encoded = encoder.encode(drawn, keyframe=is_keyframe(item))
+            assert encoded is not None
+            part.picture(encoded)
     if has_end:
         part.close()
     return part
+
+
+def _heard(times_s: Sequence[float]) -> list[EncodedSound]:
+    """Return sound that is loud at the beginning of each second."""
+    return sounds(begin_s=times_s[0], seconds=times_s[-1] - times_s[0])

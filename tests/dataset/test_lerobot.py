@@ -26,6 +26,7 @@ from tests.dataset.driven_tape import (
     turned,
     write_part,
 )
+from tests.tape.decoded import flashes_s
 
 from wax.capture.testcard import STAMP_MODULUS
 from wax.dataset import piece_writer
@@ -51,6 +52,7 @@ OPTIONS: Final[dict[str, Any]] = {
     "acts_next": False,
     "joins": False,
     "copies": False,
+    "sound": False,
     "drop_under_s": 0.5,
     "tell": print,
 }
@@ -272,6 +274,22 @@ def test_pictures_that_do_not_fit_are_encoded(tmp_path: Path) -> None:
     exported(shelf, tmp_path / "out", copies=True)
     exported(shelf, tmp_path / "encoded")
     assert rows(tmp_path / "out") == rows(tmp_path / "encoded")
+
+
+def test_sound_is_beside_the_pictures_only_if_asked_for(tmp_path: Path) -> None:
+    """Each episode's sound is a file that begins with its first picture."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    for part in range(2):
+        events = driven(part) if part else [*driven(0)[1:], (1.5, turned(1))]
+        write_part(shelf, events, times_s(part), has_sound=True)
+    exported(shelf, tmp_path / "silent")
+    assert not (tmp_path / "silent/sound").exists()
+    exported(shelf, tmp_path / "out", sound=True)
+    (heard,) = (tmp_path / "out/sound").rglob("*.ogg")
+    begin_s = rows(tmp_path / "out")[0]["wax.captured_s"] - BEGAN_S
+    loud_s = [at_s for at_s in flashes_s(heard, "audio") if at_s > 0.2]
+    assert loud_s == pytest.approx([second - begin_s for second in range(2, 8)], abs=0.03)
 
 
 def test_a_time_can_be_chosen(shelf: Shelf, tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ def export_lerobot(
     acts_next: bool,
     joins: bool,
     copies: bool,
+    sound: bool,
     drop_under_s: float,
     tell: Callable[[str], None],
 ) -> str:
@@ -48,6 +49,7 @@ def export_lerobot(
         acts_next=acts_next,
         joins=joins,
         copies=copies,
+        sound=sound,
         drop_under_s=drop_under_s,
     )
     if camera is not None:

@@ -47,6 +47,7 @@ _FILES_A_CHUNK: Final = 1000
 _PLACE: Final = "chunk-{chunk_index:03d}/file-{file_index:03d}"
 _DATA: Final = f"data/{_PLACE}.parquet"
 _VIDEO: Final = f"videos/{{video_key}}/{_PLACE}.mp4"
+_SOUND: Final = f"sound/{_PLACE}.ogg"
 _EPISODES: Final = "meta/episodes/chunk-000/file-000.parquet"
 _COUNTS: Final = {
     "timestamp": "float32",
@@ -153,6 +154,10 @@ class LeRobotFolder:
     def video_path(self, episode: int) -> Path:
         """Return where an episode's pictures are to be written, in a folder that exists."""
         return self._place(_VIDEO, episode)
+
+    def sound_path(self, episode: int) -> Path:
+        """Return where an episode's sound is to be written, in a folder that exists."""
+        return self._place(_SOUND, episode)
 
     def add_episode(
         self,

@@ -10,6 +10,7 @@ import av
 from wax.dataset.episodes import LeftOut
 from wax.dataset.frames import Grid, Timeline, are_on_grid
 from wax.dataset.pictures import decoded, packets
+from wax.dataset.sound_file import copy_sound
 from wax.dataset.statistics import PictureStatistics
 from wax.dataset.survey import DRIVING_VIEW
 from wax.dataset.video_file import CODEC, CopiedVideo, VideoFile
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from wax.dataset.frames import DatasetFrame
     from wax.dataset.lerobot import Layout, LeRobotFolder
     from wax.dataset.pictures import PictureFile
-    from wax.dataset.survey import Survey
+    from wax.dataset.survey import Survey, SurveyedPart
 
 _Picture = TypeVar("_Picture")
 
@@ -47,6 +48,7 @@ class Options:
     acts_next: bool = False
     joins: bool = False
     copies: bool = False
+    sound: bool = False
     drop_under_s: float = 1.0
     task: str = ""
 
@@ -63,15 +65,17 @@ class PieceWriter:
         self._piece = piece
         self._open: _OpenEpisode | None = None
         self._copied_like: Path | None = None
+        self._parts: list[SurveyedPart] = []
         self.episodes: list[dict[str, Any]] = []
         self.left_out: list[LeftOut] = []
 
     def write(self, found: Survey) -> None:
         begin_s, end_s = self._piece.begin_s, self._piece.end_s
+        self._parts = found.within(begin_s, end_s)
         events = found.events(begin_s, end_s)
         timeline = Timeline(events, actions=found.actions, observed=found.observed)
         files = []
-        for part in found.within(begin_s, end_s):
+        for part in self._parts:
             if part.media.size == self._layout.size:
                 files.append(part.media)
             else:
@@ -138,6 +142,10 @@ class PieceWriter:
             episode.path.unlink(missing_ok=True)
             self._leave_out(self._piece.begin_s, self._piece.end_s, f"lasts for {length_s:.1f} s")
             return
+        if self._options.sound:
+            taped = [(one.sound, one.began_s) for one in self._parts if one.sound is not None]
+            path = self._dataset.sound_path(len(self._dataset.journal.episodes))
+            copy_sound(taped, path, frames[0].captured_s, frames[0].captured_s + length_s)
         self.episodes.append(
             self._dataset.add_episode(
                 frames,

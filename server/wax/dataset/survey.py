@@ -36,12 +36,16 @@ _NO_PICTURE: Final = "has no picture of this camera"
 
 @dataclass(frozen=True, slots=True)
 class SurveyedPart:
-    """A part that can be exported; it has ended by `ended_s`, in seconds since 1970."""
+    """A part that can be exported; it has ended by `ended_s`, in seconds since 1970.
+
+    `sound` is the file with its sound, None if it has none.
+    """
 
     events: Path
     began_s: float
     ended_s: float
     media: PictureFile
+    sound: Path | None
 
 
 @dataclass(slots=True)
@@ -172,7 +176,8 @@ def _survey(part: Shelved, read: _Read, camera: str, cameras: set[str]) -> Surve
     media = None if path is None else _media(part.name, path, origin_s)
     if media is None:
         raise StateError(f"{part.name}: {_NO_PICTURE}")
-    return SurveyedPart(read.path, read.began_s, read.ended_s + QUIET_S, media)
+    sound = part.media if part.media is not None and facts_of(part.media).has_sound else None
+    return SurveyedPart(read.path, read.began_s, read.ended_s + QUIET_S, media, sound)
 
 
 def _media(name: str, path: Path, origin_s: float) -> PictureFile | None:
