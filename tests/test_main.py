@@ -151,10 +151,11 @@ def test_the_tape_is_exported_in_a_form_that_is_named(
     """`wax tape export` needs a form, and something that is recorded."""
     with pytest.raises(SystemExit):
         main(["tape", "--folder", str(tmp_path), "export"])
-    assert "--lerobot is required" in capsys.readouterr().err
-    asked = ["tape", "--folder", str(tmp_path), "export", "--lerobot", str(tmp_path / "out")]
-    assert main([*asked, "--from", "2026-11-01"]) == 1
-    assert "nothing is recorded at that time" in capsys.readouterr().err
+    assert "--lerobot --mcap is required" in capsys.readouterr().err
+    for form in ("--lerobot", "--mcap"):
+        asked = ["tape", "--folder", str(tmp_path), "export", form, str(tmp_path / "out")]
+        assert main([*asked, "--from", "2026-11-01"]) == 1
+        assert "nothing is recorded at that time" in capsys.readouterr().err
 
 
 def test_there_must_be_something_to_replay(

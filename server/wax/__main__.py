@@ -315,17 +315,23 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     exported = acts.add_parser(
         "export",
-        help="write a dataset from which a robot can learn to drive",
+        help="write what was recorded in another program's format",
         description="Write what was recorded in another program's format. An export that was"
         " interrupted goes on when the same command is given again.",
     )
     exported.add_argument("--from", dest="begin", metavar="DATE", help="such as 2026-11-01T18:30")
     exported.add_argument("--to", dest="end", metavar="DATE", help="the same; up to then")
     exported.add_argument("--kept", action="store_true", help="only parts that are kept")
+    exported.add_argument("--sound", action="store_true", help="the sound too, with any voices")
     forms = exported.add_mutually_exclusive_group(required=True)
     forms.add_argument(
         "--lerobot", type=Path, metavar="DIR", help="a LeRobot dataset: an episode for each turn"
     )
+    forms.add_argument(
+        "--mcap", type=Path, metavar="FILE", help="a file for Foxglove, Lichtblick and Rerun"
+    )
+    mcap = exported.add_argument_group("for --mcap")
+    mcap.add_argument("--jpeg", action="store_true", help="pictures as JPEG, even those in H.264")
     lerobot = exported.add_argument_group("for --lerobot")
     lerobot.add_argument("--camera", metavar="NAME", help="another than the driving view")
     lerobot.add_argument("--fps", type=int, metavar="N", help="frames a second; as on the tape")
@@ -335,7 +341,6 @@ def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) 
     lerobot.add_argument(
         "--copy", action="store_true", help="copy H.264; each episode begins with a keyframe"
     )
-    lerobot.add_argument("--sound", action="store_true", help="voices, too, a file an episode")
     lerobot.add_argument("--join", action="store_true", help="go on through a Stop or a fault")
     lerobot.add_argument(
         "--drop-under", type=float, default=1.0, metavar="S", help="shorter episodes (1 s)"
@@ -529,10 +534,20 @@ def _tape(arguments: argparse.Namespace) -> int:
 
 def _tape_export(shelf: Shelf, task: str, arguments: argparse.Namespace) -> str:
     from wax.dataset.command import export_lerobot
+    from wax.dataset.mcap_export import export_mcap
     from wax.tape.selection import select
 
+    selection = select(shelf, begin=arguments.begin, end=arguments.end, kept=arguments.kept)
+    if arguments.mcap is not None:
+        return export_mcap(
+            selection,
+            arguments.mcap,
+            jpeg=arguments.jpeg,
+            sound=arguments.sound,
+            tell=lambda text: print(text, flush=True),
+        )
     return export_lerobot(
-        select(shelf, begin=arguments.begin, end=arguments.end, kept=arguments.kept),
+        selection,
         arguments.lerobot,
         camera=arguments.camera,
         fps=arguments.fps,
