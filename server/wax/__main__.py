@@ -522,7 +522,7 @@ def _tape(arguments: argparse.Namespace) -> int:
     acts = {
         "list": lambda: tape_list(shelf),
         "keep": lambda: tape_keep(shelf, arguments.names),
-        "export": lambda: _tape_export(shelf, settings.recording.task, arguments),
+        "export": lambda: _tape_export(shelf, settings, arguments),
         "repair": lambda: tape_repair(shelf),
         "delete": lambda: tape_delete(
             shelf, arguments.names, is_all=arguments.all, before=arguments.before
@@ -532,7 +532,7 @@ def _tape(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _tape_export(shelf: Shelf, task: str, arguments: argparse.Namespace) -> str:
+def _tape_export(shelf: Shelf, settings: Settings, arguments: argparse.Namespace) -> str:
     from wax.dataset.command import export_lerobot
     from wax.dataset.mcap_export import export_mcap
     from wax.tape.selection import select
@@ -551,7 +551,8 @@ def _tape_export(shelf: Shelf, task: str, arguments: argparse.Namespace) -> str:
         arguments.lerobot,
         camera=arguments.camera,
         fps=arguments.fps,
-        task=task,
+        task=settings.recording.task,
+        units={one.name: one.unit for one in settings.gauges},
         acts_next=arguments.action == "next",
         joins=arguments.join,
         copies=arguments.copy,

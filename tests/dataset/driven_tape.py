@@ -30,14 +30,14 @@ BEGAN_S: Final = 1_795_442_400.0
 """When time 0 of the tape was, in seconds since 1970."""
 
 
-def steered(linear_mps: float, angular_rps: float = 0.0, **more: str | float | None) -> Steered:
+def steered(linear_mps: float, angular_rps: float = 0.0, **more: object) -> Steered:
     """Return a set-point that was sent as it was wanted, in turn 1."""
     known = {"turn": 1, "reason": None, "limit": None} | more
     sent = {"linear_mps": linear_mps, "angular_rps": angular_rps}
     return Steered.model_validate(known | sent | {f"wanted_{key}": of for key, of in sent.items()})
 
 
-def reported(x_m: float | None = 0.0, **more: float | None) -> Reported:
+def reported(x_m: float | None = 0.0, **more: object) -> Reported:
     """Return a report of a robot that knows where it is, and its battery."""
     known = {"connected": True, "problem": None, "moving": True, "y_m": 0.0, "heading_rad": 0.0}
     return Reported.model_validate(known | {"x_m": x_m, "battery_v": 12.0} | more)

@@ -49,6 +49,7 @@ OPTIONS: Final[dict[str, Any]] = {
     "camera": None,
     "fps": None,
     "task": "drive",
+    "units": {"motor_c": "°C"},
     "acts_next": False,
     "joins": False,
     "copies": False,
@@ -221,6 +222,32 @@ def test_a_gap_in_the_pictures_is_never_filled(tmp_path: Path) -> None:
     captured_s = [row["wax.captured_s"] - BEGAN_S for row in found]
     assert captured_s[9] == captured_s[10]
     assert not [at_s for at_s in captured_s if 1.5 < at_s < 2.5]
+
+
+def test_axes_and_gauges_are_features_by_their_names(tmp_path: Path) -> None:
+    """An axis is where it was sent last; a gauge counts if the robot reported it throughout."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    begin: list[Timed] = [
+        (0.0, turned(1)),
+        (0.0, steered(0.1)),
+        (0.0, reported(gauges={"motor_c": 20.0})),
+    ]
+    later: list[Timed] = [
+        (1.0, steered(0.1, axes={"pan": 0.5})),
+        (1.0, reported(gauges={"motor_c": 30.0, "odd": 1.0})),
+        (2.0, steered(0.2, axes={"pan": 0.5})),
+    ]
+    write_part(shelf, [*begin, *later], times_s(0))
+    exported(shelf, tmp_path / "out")
+    features = json.loads((tmp_path / "out/meta/info.json").read_text())["features"]
+    assert features["action"]["names"] == ["linear_mps", "angular_rps", "axis.pan"]
+    state = features["observation.state"]["names"]
+    assert state[-1] == "gauge.motor_c"
+    seen = {(row["action"][2], row["observation.state"][-1]) for row in rows(tmp_path / "out")}
+    assert seen == {(0.0, 20.0), (0.5, 30.0)}
+    about = json.loads((tmp_path / "out/meta/wax.json").read_text())
+    assert about["gauges"] == {"motor_c": "°C"}
 
 
 def test_another_camera_and_rate_can_be_chosen(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -391,6 +392,21 @@ def test_where_the_robot_is_is_written_ten_times_a_second(rig: Rig) -> None:
         rig.robot_state = RobotState(connected=True, pose=Pose(number / 100, 0.0, 0.0))
         rig.steer(Setpoint())
     assert 8 <= len(rig.writing.of("reported")) <= 11
+
+
+def test_axes_and_gauges_are_written_where_there_are_any(rig: Rig) -> None:
+    """An axis keeps its position; busy gauges are written ten times a second, as a pose is."""
+    rig.steer(Setpoint())
+    assert "axes" not in rig.writing.of("steered")[0]
+    for number in range(50):
+        gauges = {"motor_c": 20 + number / 100, "odd": math.nan}
+        rig.robot_state = RobotState(connected=True, gauges=gauges)
+        rig.steer(Setpoint(axes={"pan": 0.5} if number == 0 else {}))
+    assert rig.writing.of("steered")[-1]["axes"] == {"pan": 0.5}
+    reports = rig.writing.of("reported")
+    assert "gauges" not in reports[0]
+    assert reports[1]["gauges"].keys() == {"motor_c"}
+    assert len(reports) <= 12
 
 
 def test_an_error_stays_here(rig: Rig) -> None:

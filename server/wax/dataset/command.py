@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from wax.tape.selection import Selection
@@ -23,6 +23,7 @@ def export_lerobot(
     camera: str | None,
     fps: int | None,
     task: str,
+    units: Mapping[str, str],
     acts_next: bool,
     joins: bool,
     copies: bool,
@@ -46,6 +47,7 @@ def export_lerobot(
     options = Options(
         fps=fps,
         task=task,
+        units=units,
         acts_next=acts_next,
         joins=joins,
         copies=copies,

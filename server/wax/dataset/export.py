@@ -37,9 +37,11 @@ _SAID: Final = 10
 
 ABOUT_COLUMNS: Final = {
     "action": "the set-point that was in force when the picture was captured: metres and radians a"
-    " second; ahead, to the left and counter-clockwise are positive",
+    " second; ahead, to the left and counter-clockwise are positive; axis.NAME is where it was sent"
+    " last, from -1 to 1, and 0 before it was sent anywhere",
     "observation.state": "what the robot had reported last: metres, radians, volts; moving is 0 or"
-    " 1, bumpers a bit for each, battery_fraction 0 (empty) to 1",
+    " 1, bumpers a bit for each, battery_fraction 0 (empty) to 1; the unit of gauge.NAME is that of"
+    " NAME under gauges",
     "wax.gate": "0: the command passed, 1: the robot was slowed, 2: it was held",
     "wax.held": "whether the operator held any control",
     "wax.captured_s": "when the picture was captured, in seconds since 1970; where this repeats, a"
@@ -102,7 +104,8 @@ def _export(
     if not episodes:
         raise StateError("\n".join(["there is nothing to export", *_said(left_out)]))
     dataset.journal.left_out = left_out
-    dataset.finish({"columns": ABOUT_COLUMNS, "asked": asdict(options)})
+    asked = asdict(options)
+    dataset.finish({"columns": ABOUT_COLUMNS, "gauges": asked.pop("units"), "asked": asked})
     lines = [f"{folder}: {len(episodes)} episodes, {_length(episodes, layout)}"]
     return "\n".join([*lines, *_said(left_out)])
 

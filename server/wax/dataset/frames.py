@@ -25,6 +25,9 @@ _Event = TypeVar("_Event")
 
 ACTIONS: Final = ("linear_mps", "angular_rps", "lateral_mps")
 """The fields of a set-point that are actions."""
+AXIS: Final = "axis."
+GAUGE: Final = "gauge."
+"""What the names of axes, among the actions, and of gauges, among the observations, begin with."""
 OBSERVED: Final = ("moving", "x_m", "y_m", "heading_rad", *ROBOT_VALUES)
 """The fields of a report that are observations, as far as the robot reports them."""
 
@@ -128,7 +131,8 @@ class Timeline:
                 case Steered():
                     self._steered.add(at_s, event)
                 case Reported():
-                    known.update(told(event, observed))
+                    values = told(event)
+                    known |= {name: values[name] for name in known.keys() & values.keys()}
                     self._reported.add(at_s, tuple(known.values()))
                 case Commanded() if event.refused not in _NOT_THE_OPERATORS:
                     self._commanded.add(at_s, event)
@@ -141,7 +145,7 @@ class Timeline:
             return None
         return DatasetFrame(
             captured_s=captured_s,
-            action=tuple(getattr(steered, name) for name in self._actions),
+            action=tuple(_action(steered, name) for name in self._actions),
             observed=observed,
             gate=_gate(steered),
             held=self._is_held(captured_s),
@@ -164,7 +168,15 @@ def _gate(steered: Steered) -> int:
 _NOT_THE_OPERATORS: Final = ("not_your_turn", "other_turn")
 
 
-def told(report: Reported, names: Iterable[str]) -> dict[str, float]:
+def told(report: Reported) -> dict[str, float]:
     """Return the observations that a report has."""
-    values = ((name, getattr(report, name)) for name in names)
-    return {name: float(value) for name, value in values if value is not None}
+    values = ((name, getattr(report, name)) for name in OBSERVED)
+    found = {name: float(value) for name, value in values if value is not None}
+    return found | {GAUGE + name: value for name, value in report.gauges.items()}
+
+
+def _action(steered: Steered, name: str) -> float:
+    if name.startswith(AXIS):
+        return steered.axes.get(name.removeprefix(AXIS), 0.0)
+    value: float = getattr(steered, name)
+    return value

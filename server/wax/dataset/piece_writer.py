@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import av
@@ -16,7 +16,7 @@ from wax.dataset.survey import DRIVING_VIEW
 from wax.dataset.video_file import CODEC, CopiedVideo, VideoFile
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from av.packet import Packet
@@ -51,6 +51,8 @@ class Options:
     sound: bool = False
     drop_under_s: float = 1.0
     task: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """The units of the robot's gauges by their names."""
 
 
 class PieceWriter:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import av
 
 from wax.dataset.episodes import QUIET_S, EpisodeFinder, LeftOut
-from wax.dataset.frames import ACTIONS, OBSERVED, told
+from wax.dataset.frames import ACTIONS, AXIS, told
 from wax.dataset.pictures import picture_file
 from wax.errors import StateError, reason_of
 from wax.protocol.tape_events import Commanded, Filmed, Reported, Steered
@@ -113,23 +113,27 @@ class _Values:
 
     def __init__(self) -> None:
         self._sideways = False
-        self._told: set[str] | None = None
+        self._axes: set[str] = set()
+        self._told: dict[str, float] | None = None
 
     def add(self, event: TapeEvent) -> None:
         match event:
             case Steered():
                 self._sideways = self._sideways or event.lateral_mps != 0
+                self._axes.update(event.axes)
             case Reported() if event.connected:
-                names = told(event, OBSERVED).keys()
-                self._told = set(names) if self._told is None else self._told & names
+                values = told(event)
+                before = values if self._told is None else self._told
+                self._told = {name: before[name] for name in before if name in values}
 
     @property
     def actions(self) -> tuple[str, ...]:
-        return ACTIONS if self._sideways else ACTIONS[:2]
+        moves = ACTIONS if self._sideways else ACTIONS[:2]
+        return (*moves, *(AXIS + name for name in sorted(self._axes)))
 
     @property
     def observed(self) -> tuple[str, ...]:
-        return tuple(name for name in OBSERVED if name in (self._told or ()))
+        return tuple(self._told or ())
 
 
 @dataclass(frozen=True, slots=True)

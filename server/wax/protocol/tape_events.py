@@ -54,7 +54,8 @@ class Steered(_Event):
     """A set-point sent to the robot, and the gate's (`wanted_…`), which the ramp approaches.
 
     It lasts until the next. Speeds sideways are absent where they are 0. `reason` is why the robot
-    is held, `limit` why it is slower than asked.
+    is held, `limit` why it is slower than asked. `axes` are the positions that the gate let through
+    last, absent before the first.
     """
 
     type: Literal["steered"] = "steered"
@@ -67,10 +68,11 @@ class Steered(_Event):
     limit: str | None
     lateral_mps: Annotated[float, Field(exclude_if=not_)] = 0.0
     wanted_lateral_mps: Annotated[float, Field(exclude_if=not_)] = 0.0
+    axes: Annotated[dict[str, float], Field(exclude_if=not_)] = {}
 
 
 class Reported(RobotReport, _Event):
-    """The state that the robot reported."""
+    """The state that the robot reported; `gauges` is absent if it has none besides the others."""
 
     type: Literal["reported"] = "reported"
     connected: bool
@@ -79,6 +81,7 @@ class Reported(RobotReport, _Event):
     x_m: float | None
     y_m: float | None
     heading_rad: float | None
+    gauges: Annotated[dict[str, float], Field(exclude_if=not_)] = {}
 
 
 class Turned(_Event):

@@ -83,6 +83,7 @@ class TapeKeeper(Listener):
         self._drive_status: DriveStatus | None = None
         self._newest: dict[str, tuple[tape_events.TapeEvent, float]] = {}
         self._names: dict[int, str] = {}
+        self._axes: dict[str, float] = {}
         self._kept_s: dict[Keeper, float] = dict.fromkeys(get_args(Keeper), float("-inf"))
         self._contained = FirstErrorLogged("the tape is incomplete")
         """Wraps all work here: a failing tape must never stop the robot."""
@@ -160,6 +161,7 @@ class TapeKeeper(Listener):
             reason = None
             if wanted.reason is not None:
                 reason = _PRESSED if self._stop is not None else name_of(wanted.reason)
+            self._axes |= wanted.axes
             self._write_changed(
                 tape_events.Steered(
                     turn=turn,
@@ -169,6 +171,7 @@ class TapeKeeper(Listener):
                     wanted_angular_rps=wanted.twist.angular_rps,
                     lateral_mps=sent.lateral_mps,
                     wanted_lateral_mps=wanted.twist.lateral_mps,
+                    axes=dict(self._axes),
                     reason=reason,
                     limit=None if wanted.limit is None else name_of(wanted.limit),
                 ),
@@ -275,9 +278,15 @@ class TapeKeeper(Listener):
             x_m=None if pose is None else _known(pose.x_m),
             y_m=None if pose is None else _known(pose.y_m),
             heading_rad=None if pose is None else _known(pose.heading_rad),
+            gauges={
+                name: value
+                for name, value in state.gauges.items()
+                if math.isfinite(value) and name not in robot_report.ROBOT_VALUES
+            },
             **robot_report.report(state.told),
         )
-        self._write_changed(reported, now_s, gap_s=_POSE_S if pose is not None else 0.0)
+        is_busy = pose is not None or reported.gauges
+        self._write_changed(reported, now_s, gap_s=_POSE_S if is_busy else 0.0)
 
     def _write_changed(
         self, event: tape_events.Steered | tape_events.Reported, now_s: float, gap_s: float = 0.0
