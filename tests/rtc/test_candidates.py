@@ -7,6 +7,7 @@ from ipaddress import ip_address
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.rtc.steps import counted
 
 from wax.rtc.candidates import MAX_CANDIDATES, without_unwanted
 
@@ -99,6 +100,14 @@ def test_unusable_candidates_do_not_count() -> None:
     unwanted = [line("a.local"), line("198.51.100.4", transport="tcp"), "a=candidate:", line("::")]
     wanted = [line(f"198.51.100.{n}") for n in range(16)]
     assert without_unwanted(unwanted * 10 + wanted, None) == wanted
+
+
+def test_of_hundreds_a_few_are_read() -> None:
+    """What an address costs to parse is paid for 64 lines, however many an offer has."""
+    unwanted = [line(f"ff02:1:1:1:1:1:1:{n:x}") for n in range(1000)]
+    with counted() as steps:
+        assert without_unwanted([*unwanted, line("198.51.100.4"), "a=x"], None) == ["a=x"]
+    assert steps.count < 100_000
 
 
 @given(st.lists(st.text() | st.ip_addresses().map(str).map(line)), st.none() | st.text())

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
+from tests.rtc.steps import counted
 
 from wax.web.request_head import MAX_HEAD_BYTES, Requests, read_head
 
@@ -82,6 +83,36 @@ def test_where_a_body_ends(lines: bytes, expected: int | None) -> None:
 def test_without_a_request_line_the_body_has_no_known_end() -> None:
     """The preface of HTTP/2 and everything after it are left for aiohttp to refuse."""
     assert read_head(b"PRI * HTTP/2.0\r\n\r\n").body_bytes is None
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [b"\r\n" * 131_072, b"GET / HTTP/1.1\r\n" + b"A:\r\n" * 4000 + b"\r\n"],
+    ids=["empty lines", "short headers"],
+)
+def test_thousands_of_lines_cost_no_more_than_few(sent: bytes) -> None:
+    """Neither empty lines before a request nor the shortest headers are handled one by one."""
+    requests = Requests()
+    requests.add(sent)
+    with counted() as steps:
+        if (head := requests.pop_head()) is not None:
+            read_head(head)
+    assert steps.count < 5000
+
+
+@pytest.mark.parametrize(
+    ("request_line", "is_long"),
+    [
+        (b"GET /assets/index-Y8n9_ePO.js HTTP/1.1", False),
+        (b"GET /?fbclid=" + b"a" * 4000 + b" HTTP/1.1", False),
+        (b"GET " + b"/" * 300 + b" HTTP/1.1", True),
+        (b"GET  " + b"/" * 300 + b"?a HTTP/1.1", True),
+        (b"GET http://a" + b"/a" * 150 + b" HTTP/1.1", True),
+    ],
+)
+def test_only_the_path_must_be_short(request_line: bytes, is_long: bool) -> None:
+    """Each slash of a path costs a search for a route; other sites add long queries to links."""
+    assert read_head(request_line + b"\r\n\r\n").has_long_path == is_long
 
 
 def test_the_sender_of_a_head() -> None:

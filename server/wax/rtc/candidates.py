@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 MAX_CANDIDATES: Final = 16
 """A browser has a handful, or a dozen with several networks and a relay."""
+_MOST_READ: Final = 64
+"""In all sections together, at 10 µs each; those behind them are removed unread."""
 
 _PREFIX: Final = "a=candidate:"
 _LEAST_PARTS: Final = 8
@@ -40,7 +42,7 @@ _Ip = IPv4Address | IPv6Address
 
 
 def without_unwanted(lines: Iterable[str], sender: str | None) -> list[str]:
-    """Return the lines without unwanted candidates, and without those beyond `MAX_CANDIDATES`.
+    """Return the lines without unwanted candidates, and with `MAX_CANDIDATES` at most.
 
     `sender` is the address that the offer came from, or its network; None if it is unknown. A UDP
     candidate is wanted if its address is public or in the sender's own private network. A sender on
@@ -48,10 +50,11 @@ def without_unwanted(lines: Iterable[str], sender: str | None) -> list[str]:
     """
     home = _home(sender)
     kept = []
-    left = MAX_CANDIDATES
+    left, unread = MAX_CANDIDATES, _MOST_READ
     for line in lines:
         if line.startswith(_PREFIX):
-            if left == 0 or not _is_wanted(line, home):
+            unread -= 1
+            if left == 0 or unread < 0 or not _is_wanted(line, home):
                 continue
             left -= 1
         kept.append(line)

@@ -30,8 +30,6 @@ _MOST_OFFERED: Final = 128
 """Per section: a payload type has 7 bits (RFC 3550, 5.1)."""
 _MOST_FINGERPRINTS: Final = 4
 """Per section, and at session level; browsers write one, and a handshake computes each."""
-_MOST_CANDIDATES: Final = 64
-"""Per section; further ones are ignored."""
 _MOST_CHARS: Final = 512
 """Per kept line; browsers write 130."""
 _BEFORE_TYPES: Final = 3
@@ -119,7 +117,7 @@ class _Section:
             raise SignallingError(f"the offer has more than {_MOST_FINGERPRINTS} fingerprints")
         ours = self._ours(codecs) or self._ours(OURS)
         ours |= self._repairs(ours)
-        kept = [*self._lines.values(), *fingerprints, *candidates[:_MOST_CANDIDATES]]
+        kept = [*self._lines.values(), *fingerprints, *candidates]
         kept += [line for number, line in self._codecs.items() if number in ours]
         kept += [line for number, line in self._formats.items() if number in ours]
         kept += [line for line, number in self._feedback.items() if number in {*ours, "*"}]

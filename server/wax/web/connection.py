@@ -17,7 +17,7 @@ from aiohttp import web
 from wax.machine.memory import break_circle
 from wax.sentence import Sentence
 from wax.web import cookies
-from wax.web.request_head import Head, Requests, read_head
+from wax.web.request_head import MAX_HEADERS, Head, Requests, read_head
 from wax.web.security_headers import base_headers
 from wax.web.senders import limit_key
 from wax.web.timed import timed
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 _LINGER_S: Final = 2.0
 """How long the rest of a refused body is read and dropped, so that the client reads why."""
-_MAX_HEADERS: Final = 64
 _PIECE_S: Final = 0.00003
 _REQUEST_S: Final = 0.00015
 """What the event loop spends beyond what is measured: on each piece received, and on each request
@@ -87,7 +86,7 @@ class Connection(web.RequestHandler):
             keepalive_timeout=IDLE_S,
             lingering_time=_LINGER_S,
             access_log=None,  # type: ignore[arg-type]  # None means no log, as in AppRunner
-            max_headers=_MAX_HEADERS,
+            max_headers=MAX_HEADERS,
             auto_decompress=False,
         )
         self._limits = limits
@@ -181,6 +180,9 @@ class Connection(web.RequestHandler):
 
     def _queue_request(self, data: bytes) -> None:
         head = read_head(data)
+        if head.has_long_path:
+            self._refuse(404, Sentence("request.no_page"))
+            return
         payer, self._is_urgent = self._payer_of(head)
         if payer is None:
             self._refuse(503, Sentence("door.too_often"))

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 
 MAX_HEAD_BYTES: Final = 16_384
 """Of the request line and all headers; browsers send one or two thousand."""
+MAX_HEADERS: Final = 64
+"""Further lines are not read: aiohttp refuses the request."""
+_LONGEST_PATH: Final = 256
+"""Of the request line up to a query, much longer than any of ours: aiohttp would look for a route
+for each slash, in one step of 12 ms."""
 _END: Final = b"\r\n\r\n"
 _LINE: Final = b"\r\n"
 _VERSIONS: Final = (" HTTP/1.1", " HTTP/1.0")
@@ -27,6 +32,7 @@ class Head:
     """What a head contains; `body_bytes` is None if the end of the body is unknown."""
 
     target: str
+    has_long_path: bool
     body_bytes: int | None
     cookies: Sequence[str]
     tab: str
@@ -59,8 +65,8 @@ class Requests:
 
     def pop_head(self) -> bytes | None:
         """Remove and return the next head; None until all of it has arrived."""
-        while self._held.startswith(_LINE):  # RFC 9112, 2.2
-            del self._held[: len(_LINE)]
+        if self._held.startswith((b"\r", b"\n")):  # RFC 9112, 2.2; not one by one: 100,000 may come
+            self._held = self._held.lstrip(_LINE)
         found = self._held.find(_END, max(0, self._searched - len(_END)), MAX_HEAD_BYTES)
         if found < 0:
             self._searched = len(self._held)
@@ -77,14 +83,16 @@ class Requests:
 
 def read_head(head: bytes) -> Head:
     """Read a head that ends with its empty line, in about 20 µs, whatever it contains."""
-    request, *lines = head.decode("utf-8", "surrogateescape").split("\r\n")
+    text = head.decode("utf-8", "surrogateescape")
+    request, *lines = text.split("\r\n", MAX_HEADERS + 1)[: MAX_HEADERS + 1]
     found: dict[str, list[str]] = {name: [] for name in _WANTED}
     for line in lines:
         name, _, value = line.partition(":")
         if (values := found.get(name.lower())) is not None:
             values.append(value.strip())
     return Head(
-        target=" ".join(request.split(" ")[:2]),
+        target=" ".join(request.split(" ", 2)[:2]),
+        has_long_path=len(request.partition("?")[0]) > _LONGEST_PATH,
         body_bytes=(
             _body_bytes(found["content-length"], found["transfer-encoding"])
             if request.endswith(_VERSIONS)

@@ -19,6 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.examples import UNTIMED
 from tests.rtc.networks import rich_meter
+from tests.rtc.steps import counted
 from tests.until import async_until
 
 from wax.clock import SystemClock
@@ -556,6 +557,14 @@ async def test_a_flood_of_checks_is_charged_to_the_named_peer(
     await rig.bob.verifies()
     monkeypatch.undo()
     await rig.ada.verifies()
+
+
+async def test_a_check_of_64_kilobytes_is_not_searched(rig: Rig) -> None:
+    """A stranger's longest datagram, full of empty attributes, costs no more than other junk."""
+    head = rig.ada.check()[:20]
+    with counted() as steps:
+        rig.hub.received(0, head + b"\x80\x22\0\0" * 16_000, ELSEWHERE, 9)
+    assert steps.count < 5000
 
 
 async def test_connecting_without_checks_times_out(
