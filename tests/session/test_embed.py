@@ -29,6 +29,8 @@ ASKED: list[dict[str, Any]] = [
     {"type": "release", "stop": 0, "sent_server_ms": 0.0, "beat": None},
     {"type": "look", "large": None, "small": True},
     {"type": "keep_tape"},
+    {"type": "task", "turn": 1, "text": "to the red post"},
+    {"type": "disown", "turn": 1},
     {"type": "end_turn", "turn": 1},
     {"type": "remove", "viewer": 1, "ban": True},
     {"type": "mute", "viewer": 1, "muted": True},
