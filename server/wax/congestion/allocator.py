@@ -34,6 +34,7 @@ _GIVE_UP_HOLD_S: Final = 4.0
 """The picture is given up when not even its lowest layer has fitted for this long. Until then
 pictures wait for the pacer: a burst of messages ends sooner than a given-up picture returns."""
 _WISHES_HZ: Final = 0.05
+"""Somebody who looks closer three times a minute never waits."""
 _WISHES_BURST: Final = 4
 """Larger pictures that a viewer gets at once by wish; beyond that a wish waits as an upgrade does,
 because each one takes a keyframe, and perhaps one more encoder."""
