@@ -22,6 +22,9 @@ LONGEST_S: Final = 600.0
 """A turn that is renewed for hours is divided into episodes of this length."""
 QUIET_S: Final = 2.0
 """The most time between the last event of a part and the next part, as set-points are repeated."""
+_OVERLAP_S: Final = 1.0
+"""A part begins with the capture of its first picture. What happened until that picture was encoded
+is in the part before it."""
 
 _STOPPED: Final = "Stop was pressed"
 _FAULT: Final = "a fault stopped the robot"
@@ -91,16 +94,18 @@ class EpisodeFinder:
         self._state = _State()
         self._since_s = 0.0
         self._newest_s = -math.inf
-        self._part_s = -math.inf
+        self._part_s = self._settled_s = -math.inf
         self._before: _State | None = None
 
     def begin_part(self, began_s: float) -> None:
         """Begin a part; its first events repeat what goes on, so they decide what continues."""
         self._settle()
-        if not 0 <= began_s - self._newest_s <= QUIET_S:
+        if not -_OVERLAP_S <= began_s - self._newest_s <= QUIET_S:
             self._change(_State(), self._newest_s)
+            self._newest_s = began_s
         self._before, self._state = self._state, _State()
-        self._part_s = self._newest_s = began_s
+        self._part_s = began_s
+        self._settled_s = self._newest_s = max(began_s, self._newest_s)
 
     def add(self, at_s: float, event: TapeEvent) -> None:
         """Add an event of the part."""
@@ -166,7 +171,7 @@ class EpisodeFinder:
             repeated, self._state, self._before = self._state, self._before, None
             # A fault is not repeated: it lasts until a set-point has no reason to hold the robot.
             lasts = self._state.faulted and repeated.turn == self._state.turn
-            self._change(replace(repeated, faulted=lasts or repeated.faulted), self._part_s)
+            self._change(replace(repeated, faulted=lasts or repeated.faulted), self._settled_s)
 
     def _change(self, state: _State, at_s: float) -> None:
         """End the piece that the change of state ends, and begin the next."""

@@ -65,12 +65,18 @@ class Survey:
         """Return the parts that have something of this time."""
         return [one for one in self.parts if one.began_s < end_s and one.ended_s >= begin_s]
 
-    def events(self, begin_s: float, end_s: float) -> Iterator[tuple[float, TapeEvent]]:
-        """Yield what was asked, sent and reported around this time; raises `StateError`."""
-        for part in self.within(begin_s, end_s):
-            for at_s, event in _placed(part.began_s, read_events(part.events).events):
-                if isinstance(event, _KINDS):
-                    yield at_s, event
+    def events(self, begin_s: float, end_s: float) -> list[tuple[float, TapeEvent]]:
+        """Return what was asked, sent and reported around this time; raises `StateError`.
+
+        What a part repeats at its beginning is left out: it is newer than its time says.
+        """
+        found = [
+            (at_s, event)
+            for part in self.within(begin_s, end_s)
+            for at_s, event in _placed(part.began_s, read_events(part.events).events)
+            if isinstance(event, _KINDS) and at_s > part.began_s
+        ]
+        return sorted(found, key=lambda one: one[0])
 
 
 def survey(selection: Selection, *, camera: str = DRIVING_VIEW, joins: bool = False) -> Survey:
