@@ -87,6 +87,19 @@ async def test_messages_waiting_for_a_missing_one_end_their_peer(link: Link) -> 
     assert await link.ends()
 
 
+async def test_messages_that_one_completes_arrive_in_order(link: Link) -> None:
+    """Nothing is lost or overtaken while others go on between them."""
+    first = link.next_tsn()
+    assert link.state.id is not None
+    turn = link.ours._inbound_streams[link.state.id].sequence_number
+    for number in [*range(1, 200), 0]:
+        text = b"%d" % number
+        chunk = link.data(first + number, flags=FIRST | LAST, text=text, sequence=turn + number)
+        await link.theirs._send_chunk(chunk)
+    texts = [("received state", str(number)) for number in range(200)]
+    await async_until(lambda: [one for one in link.events.seen if one in texts] == texts)
+
+
 @pytest.mark.parametrize("channel", ["state", "drive"])
 async def test_the_longest_message_arrives(link: Link, channel: str) -> None:
     """64 KiB at once are received, and the page is told not to send more."""

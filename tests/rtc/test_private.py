@@ -6,7 +6,7 @@ import asyncio
 import re
 import time
 from functools import partial
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import aioice
 import aioice.candidate
@@ -297,6 +297,45 @@ async def test_a_datagrams_cost_is_charged_before_the_next_one(
     assert datagrams == [b"second"]
     gate.set()
     assert await second == b"second"
+    await pc.close()
+
+
+async def test_the_messages_of_a_datagram_share_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A datagram that completes many messages pays for a few at a time, and others go on."""
+    private.install()
+    worked_s, heard = 0.0, 0
+    monkeypatch.setattr(time, "thread_time", lambda: worked_s)
+    meter = rich_meter()
+    charged: list[float] = []
+    monkeypatch.setattr(meter, "charge", lambda began_s: charged.append(worked_s - began_s))
+
+    async def receive() -> bytes:
+        return b"a datagram"
+
+    async def hear(*_message: object) -> None:
+        nonlocal worked_s, heard
+        worked_s += 0.0004
+        heard += 1
+
+    pc = RTCPeerConnection()
+    pc.createDataChannel("state")
+    sctp: Any = pc.sctp
+    ice = sctp.transport.transport
+    monkeypatch.setattr(ice, "_recv", receive)
+    monkeypatch.setattr(sctp, "_receive", hear)
+    private.meter_receiving(pc, meter)
+    await ice._recv()
+
+    async def hear_all() -> None:
+        for _ in range(6):
+            await sctp._receive(0, 51, b"x")
+
+    handling = asyncio.ensure_future(hear_all())
+    for count in (2, 4, 6):
+        await asyncio.sleep(0)
+        assert heard == count
+    await handling
+    assert charged == pytest.approx([0.0008] * 3)
     await pc.close()
 
 

@@ -83,6 +83,9 @@ MOST_HELD: Final = 64
 _MAX_RSA_BITS: Final = 4096
 _MAX_RSA_EXPONENT: Final = 2**32
 """Real keys have 65537; an exponent of 3,072 bits takes OpenSSL 7 ms."""
+_MESSAGES_S: Final = 0.0005
+"""Time per pass of the event loop for the messages of one datagram; each pass handles at least one.
+"""
 _MAX_SOURCES: Final = 32
 """SSRCs of one browser: a few for its reports, and one for a voice."""
 
@@ -99,7 +102,7 @@ _HAVE: Final[tuple[tuple[Any, str], ...]] = (
     (RTCIceGatherer, "getLocalParameters"),
     (rtcicetransport, "Connection"),
     (rtcrtpreceiver, "RemoteBitrateEstimator"),
-    (RTCSctpTransport, "_handle_data _mark_received _receive_chunk _send_chunk"),
+    (RTCSctpTransport, "_handle_data _mark_received _receive _receive_chunk _send_chunk"),
     (RTCSctpTransport, "_t3_start _t3_restart _send_sack _set_state"),
     (rtcsctptransport, "CHUNK_TYPES DataChunk ForwardTsnChunk InitChunk ReconfigChunk SackChunk"),
     (rtcsctptransport, "ShutdownChunk LOCAL_MAX_MESSAGE_SIZE crc32c decode_params"),
@@ -123,6 +126,9 @@ _SET: Final[tuple[tuple[type, str], ...]] = (
     (SSL.Context, "_verify_callback _verify_helper"),
 )
 """Classes, and the attributes that their `__init__` must set."""
+
+_PATCHED: Final = ("_handle_data", "_mark_received", "_receive", "_send_sack", "_send_chunk")
+"""Methods of an association that are replaced for one peer."""
 
 
 def check() -> None:
@@ -665,7 +671,7 @@ def break_cycles(pc: RTCPeerConnection) -> None:
         # Channels that the page had not closed, and messages that had not left.
         pc.sctp._data_channels.clear()
         pc.sctp._data_channel_queue.clear()
-        for patched in ("_handle_data", "_mark_received", "_send_sack", "_send_chunk"):
+        for patched in _PATCHED:
             vars(pc.sctp).pop(patched, None)
     for dtls in transports:
         for one in (dtls, dtls.transport, dtls.transport.iceGatherer):
@@ -677,32 +683,55 @@ def break_cycles(pc: RTCPeerConnection) -> None:
 def meter_receiving(pc: RTCPeerConnection, meter: Meter) -> None:
     """Charge the cost of handling each datagram, and hand aiortc the next when the meter allows.
 
-    Call it once the remote description is set: from then on the transports stay the same.
+    The messages of a datagram take no longer together: one may complete hundreds that have waited
+    for it. Call it once the remote description is set: from then on the transports stay the same.
     """
     transports = {one.receiver.transport for one in pc.getTransceivers()}
     if pc.sctp is not None:
         transports.add(pc.sctp.transport)
     for dtls in transports:
-        _meter(dtls.transport, meter)
+        ice = dtls.transport
+        cast("Any", ice._connection).meter = meter
+        ice._recv = metered = _Metered(ice._recv, meter)
+        if pc.sctp is not None and dtls is pc.sctp.transport:
+            _pause_between_messages(pc.sctp, metered)
 
 
-def _meter(ice: RTCIceTransport, meter: Meter) -> None:
-    cast("Any", ice._connection).meter = meter
-    receive = ice._recv
-    began_s: float | None = None
+class _Metered:
+    """Receives a peer's datagrams; aiortc asks for the next once it has handled the last."""
 
-    async def metered() -> bytes:
-        # aiortc asks for the next datagram once it has handled the previous one.
-        nonlocal began_s
-        if began_s is not None:
-            meter.charge(began_s)
-            began_s = None
-        await meter.enter()
-        data = await receive()
-        began_s = time.thread_time()
+    def __init__(self, receive: Callable[[], Awaitable[bytes]], meter: Meter) -> None:
+        self._receive = receive
+        self._meter = meter
+        self._began_s: float | None = None
+
+    async def __call__(self) -> bytes:
+        if self._began_s is not None:
+            self._meter.charge(self._began_s)
+            self._began_s = None
+        await self._meter.enter()
+        data = await self._receive()
+        self._began_s = time.thread_time()
         return data
 
-    ice._recv = metered
+    async def pause(self) -> None:
+        """Let others go on in the middle of a datagram that takes long."""
+        if self._began_s is None or time.thread_time() - self._began_s < _MESSAGES_S:
+            return
+        self._meter.charge(self._began_s)
+        await asyncio.sleep(0)
+        await self._meter.enter()
+        self._began_s = time.thread_time()
+
+
+def _pause_between_messages(sctp: RTCSctpTransport, metered: _Metered) -> None:
+    receive = sctp._receive
+
+    async def received(stream_id: int, pp_id: int, data: bytes) -> None:
+        await receive(stream_id, pp_id, data)
+        await metered.pause()
+
+    sctp._receive = received  # type: ignore[method-assign]  # see above
 
 
 def report_authenticated(sctp: RTCSctpTransport) -> None:
