@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import suppress
 from queue import Empty, Queue
 from typing import TYPE_CHECKING
@@ -25,9 +26,18 @@ TAKES_S = 0.01
 
 
 class Watched(NewestSlot[Picture]):
-    """Records the number of the picture after which a newer one was last requested."""
+    """Records the number of the picture after which a newer one was last requested.
+
+    `begun` is how often the rendition has begun to encode.
+    """
 
     asked = -1
+    begun = 0
+
+    @property
+    def count(self) -> int:
+        self.begun += threading.current_thread() is not threading.main_thread()
+        return super().count
 
     def newer_than(self, number: int, timeout_s: float) -> tuple[int, Picture] | None:
         self.asked = number
@@ -59,8 +69,8 @@ class Studio:
 
     def pause(self) -> None:
         """Pause the rendition until it has noticed, and resume it."""
-        before = self.encoders
-        while self.encoders == before:
+        before = self.slot.begun
+        while self.slot.begun == before:
             self.rendition.want(False)
             self.slot.put(Picture(np.zeros((72, 64), np.uint8), 50.0))
             self.rendition.want(True)
@@ -127,6 +137,23 @@ def test_after_a_rest_comes_a_keyframe(studio: Studio) -> None:
     studio.rendition.want(True)
     studio.clock.time_s += 1.0
     assert len(studio.keyframes(60)) == 1
+
+
+def test_a_short_pause_opens_no_encoder(studio: Studio) -> None:
+    studio.rendition.want(True)
+    studio.film(1)
+    studio.pause()
+    studio.clock.time_s += 1.0
+    studio.film(1)
+    assert studio.encoders == 1
+
+
+def test_a_long_pause_frees_the_encoder(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("wax.encode.rendition._KEEP_S", 0.0)
+    studio.rendition.want(True)
+    studio.film(1)
+    while studio.encoders == 1:
+        studio.pause()
 
 
 def test_one_keyframe_serves_the_interval_and_who_asks(studio: Studio) -> None:
