@@ -502,6 +502,20 @@ async def test_oversized_headers_are_refused() -> None:
         assert entrance.limits.status()["cut"] == 2
 
 
+async def test_only_a_known_expectation_is_answered() -> None:
+    """A request with any other is refused, and its text is not repeated."""
+    async with open_entrance() as entrance:
+        said = await _until_closed(
+            entrance.port, GET[:-2] + b"Expect: " + b"x" * 7000 + b"\r\n\r\n"
+        )
+        assert said.startswith(b"HTTP/1.1 417")
+        assert b"nosniff" in said
+        assert b"xxx" not in said
+        assert b'{"read": 0}' in await _get(
+            entrance.port, GET[:-2] + b"Expect: 100-continue\r\n\r\n"
+        )
+
+
 async def test_after_a_body_of_unknown_end_the_connection_closes() -> None:
     """No request after a chunked body, or after two lengths, is answered."""
     chunked = GET[:-2].replace(b"GET", b"POST") + b"Transfer-Encoding: chunked\r\n\r\n"

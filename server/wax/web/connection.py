@@ -183,6 +183,10 @@ class Connection(web.RequestHandler):
         if head.has_long_path:
             self._refuse(404, Sentence("request.no_page"))
             return
+        if head.expectation.lower() not in ("", "100-continue"):
+            # aiohttp would answer before our limits apply, and repeat it: 40 MB in three seconds.
+            self._refuse(417, Sentence("request.expectation"))
+            return
         payer, self._is_urgent = self._payer_of(head)
         if payer is None:
             self._refuse(503, Sentence("door.too_often"))

@@ -23,7 +23,10 @@ _END: Final = b"\r\n\r\n"
 _LINE: Final = b"\r\n"
 _VERSIONS: Final = (" HTTP/1.1", " HTTP/1.0")
 _WANTED: Final = frozenset(
-    {"content-length", "cookie", "forwarded", "transfer-encoding", "wax-tab", "x-forwarded-for"}
+    {
+        *("content-length", "cookie", "expect", "forwarded", "transfer-encoding"),
+        *("wax-tab", "x-forwarded-for"),
+    }
 )
 
 
@@ -35,6 +38,7 @@ class Head:
     has_long_path: bool
     body_bytes: int | None
     cookies: Sequence[str]
+    expectation: str
     tab: str
     forwarded: Sequence[str]
     x_forwarded_for: Sequence[str]
@@ -99,6 +103,7 @@ def read_head(head: bytes) -> Head:
             else None
         ),
         cookies=found["cookie"],
+        expectation=next(iter(found["expect"]), ""),
         tab=next(iter(found["wax-tab"]), ""),
         forwarded=found["forwarded"],
         x_forwarded_for=found["x-forwarded-for"],
