@@ -21,6 +21,7 @@ CELLS: dict[permissions.Act, str] = {
     messages.Received: WATCHING,
     messages.SetName: INSIDE,
     messages.Look: INSIDE,
+    messages.Follow: INSIDE,
     messages.Join: INSIDE,
     messages.Leave: INSIDE,
     messages.Here: INSIDE,

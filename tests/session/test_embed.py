@@ -31,6 +31,7 @@ ASKED: list[dict[str, Any]] = [
     {"type": "keep_tape"},
     {"type": "task", "turn": 1, "text": "to the red post"},
     {"type": "disown", "turn": 1},
+    {"type": "follow"},
     {"type": "end_turn", "turn": 1},
     {"type": "remove", "viewer": 1, "ban": True},
     {"type": "mute", "viewer": 1, "muted": True},

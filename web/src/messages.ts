@@ -8,6 +8,7 @@ export { DRIVE_COLUMNS, MAX_NAME_CHARS, MAX_TASK_CHARS, ROBOT_NUMBERS } from "./
 
 import type {
   Disown,
+  Follow,
   Here,
   Join,
   KeepTape,
@@ -39,6 +40,7 @@ export type HostAct = Exclude<
   | KeepTape
   | SetTask
   | Disown
+  | Follow
   | Received
 >;
 export type StateOut = Messages["StateOut"];

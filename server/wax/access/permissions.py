@@ -46,6 +46,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.SetName: _INSIDE,
     messages.Want: _WATCHING,
     messages.Look: _INSIDE,
+    messages.Follow: _INSIDE,
     messages.Received: _WATCHING,
     messages.Join: _INSIDE,
     messages.Leave: _INSIDE,

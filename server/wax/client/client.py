@@ -52,6 +52,8 @@ class Client:
 
     is_keen = False
     """Whether it sends several heartbeats a second, as a page that drives or waits to drive."""
+    decodes = False
+    """As in `Media`."""
     size: str | None = None
     """The size it wants; without one, or if the server lacks it, it gets the largest."""
 
@@ -82,7 +84,9 @@ class Client:
         self.clock = ServerClock()
         servers = [RTCIceServer(**one) for one in ice_servers]
         self.peer = RTCPeerConnection(RTCConfiguration(iceServers=servers))
-        self.media = Media(self.peer, on_packet=self._acknowledge, on_socket=on_socket)
+        self.media = Media(
+            self.peer, on_packet=self._acknowledge, on_socket=on_socket, decodes=self.decodes
+        )
         self.state: RTCDataChannel = self.peer.createDataChannel("state")
         self.drive: RTCDataChannel = self.peer.createDataChannel(
             "drive", ordered=False, maxRetransmits=0
@@ -181,6 +185,10 @@ class Client:
                     self._news.clear()
                     await self._news.wait()
         return holds()
+
+    def captured_ms(self, kind: Kind, rtp: int) -> float | None:
+        """Return when it was captured by the server's clock; None before that stream's is known."""
+        return self._reporter.captured_ms(kind, rtp)
 
     def server_ms(self) -> float:
         """Return the server's clock in ms, accurate to half a round trip."""

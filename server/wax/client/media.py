@@ -1,4 +1,4 @@
-"""Receives media without decoding, and answers as Chromium does.
+"""Receives media, by default without decoding, and answers as Chromium does.
 
 The one module of the client that uses private parts of aiortc and aioice. RTP is read at the
 socket, before aiortc would decrypt, buffer and decode it; everything else passes on to aiortc. Its
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pylibsrtp
 from aiortc.rtcrtpreceiver import StreamStatistics
+from av import VideoFrame
 
 from wax.client import rtp_header
 from wax.client.retransmission import RetransmissionRequests
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from wax.client.rtp_header import RtpHeader
 
 _CLOCK_RATE_HZ: Final[dict[Kind, int]] = {"audio": 48_000, "video": 90_000}
+_UINT32: Final = 2**32
 _RETRY_LOOK_S: Final = 0.01
 
 
@@ -79,14 +81,16 @@ class FrameArrival:
 class CountedStream(StreamStatistics):
     """One SSRC, with the counts of RFC 3550, A.3, and its octets and frames."""
 
-    def __init__(self, clock_rate_hz: int) -> None:
+    def __init__(self, clock_rate_hz: int, *, is_decoded: bool) -> None:
         super().__init__(clock_rate_hz)
+        self._is_decoded = is_decoded
         self.octets = 0
         self.frames = 0
         self.newest = FrameArrival(-1, 0.0)
 
     def count(self, packet: RtpHeader, at_s: float) -> None:
-        self.add(packet)  # type: ignore[arg-type]  # it has all of a packet that is looked at
+        if not self._is_decoded:  # or aiortc counts it
+            self.add(packet)  # type: ignore[arg-type]  # it has all of a packet that is looked at
         self.octets += len(packet.payload)
         if packet.timestamp != self.newest.rtp:
             self.newest = FrameArrival(packet.timestamp, at_s)
@@ -97,7 +101,8 @@ class Media:
     """Sound and picture of one peer connection, made before its offer, attached at its answer.
 
     `on_packet` is called with each packet of media but retransmissions; `on_socket` with aioice's
-    protocol at each socket, once it is tapped. Feedback is sent by a timer, as a browser does: a
+    protocol at each socket, once it is tapped. With `decodes`, aiortc gets the packets too, to ask
+    for lost ones and to decode pictures. Feedback is sent by a timer, as a browser does: a
     sender that waits for feedback sends no packets that could trigger it.
     """
 
@@ -107,8 +112,10 @@ class Media:
         *,
         on_packet: Callable[[Kind, RtpHeader], None] | None = None,
         on_socket: Callable[[Any], None] | None = None,
+        decodes: bool = False,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
+        self._decodes = decodes
         self.answers = RtcpAnswers()
         self.arrived = {kind: asyncio.Event() for kind in KINDS}
         self._on_packet = on_packet
@@ -153,6 +160,20 @@ class Media:
         found = [stream.newest for stream in self._streams[kind].values()]
         return max(found, key=lambda one: one.at_s, default=None)
 
+    async def picture(self) -> tuple[int, VideoFrame]:
+        """Return the newest picture and its RTP time, once there is one that was not returned.
+
+        Older ones are dropped. Raises `MediaStreamError` after the end; needs `decodes`.
+        """
+        receiver = self._receivers["video"]
+        frame = await receiver.track.recv()
+        while not receiver.track._queue.empty():  # type: ignore[attr-defined]  # it has one
+            frame = await receiver.track.recv()
+        assert isinstance(frame, VideoFrame)
+        assert frame.pts is not None
+        mapper: Any = getattr(receiver, "_RTCRtpReceiver__timestamp_mapper")  # noqa: B009  # as above
+        return (frame.pts + mapper._origin) % _UINT32, frame
+
     async def close(self) -> None:
         """Finish sending."""
         self._remind(None)
@@ -164,6 +185,8 @@ class Media:
             onwards(data, address)
         elif (packet := rtp_header.read(data, self._agreed.extension_id)) is not None:
             self._take(data, packet, self._now_s())
+            if self._decodes:
+                onwards(data, address)
 
     def _take(self, data: bytes, packet: RtpHeader, now_s: float) -> None:
         self._octets += len(data)
@@ -171,7 +194,8 @@ class Media:
             self._feedback.arrived(packet.transport_sequence, now_s)
         kind = self._agreed.kinds.get(packet.payload_type)
         if packet.payload_type in self._agreed.retransmissions:
-            self._take_retransmission(data)
+            if not self._decodes:
+                self._take_retransmission(data)
         elif kind is not None:
             self._count(kind, packet, now_s)
         self._answer_if_due(now_s)
@@ -200,12 +224,14 @@ class Media:
     def _count(self, kind: Kind, packet: RtpHeader, now_s: float) -> None:
         stream = self._streams[kind].get(packet.ssrc)
         if stream is None:
-            stream = self._streams[kind][packet.ssrc] = CountedStream(_CLOCK_RATE_HZ[kind])
+            stream = self._streams[kind][packet.ssrc] = CountedStream(
+                _CLOCK_RATE_HZ[kind], is_decoded=self._decodes
+            )
             self.arrived[kind].set()
             if kind == "video":
                 self._requests[packet.ssrc] = RetransmissionRequests()
         stream.count(packet, now_s)
-        if kind == "video":
+        if kind == "video" and not self._decodes:
             self._requests[packet.ssrc].arrived(packet.sequence_number)
         if self._on_packet is not None:
             self._on_packet(kind, packet)
@@ -265,7 +291,12 @@ def _statistics(receiver: RTCRtpReceiver) -> dict[int, CountedStream]:
     streams: dict[int, CountedStream] | None = getattr(
         receiver, "_RTCRtpReceiver__remote_streams", None
     )
-    wanted = ("_send_rtcp_nack", "_send_rtcp_pli", "_RTCRtpReceiver__rtcp_ssrc")
+    wanted = (
+        "_send_rtcp_nack",
+        "_send_rtcp_pli",
+        "_RTCRtpReceiver__rtcp_ssrc",
+        "_RTCRtpReceiver__timestamp_mapper",
+    )
     if streams is None or not all(hasattr(receiver, name) for name in wanted):
         raise _moved("aiortc")
     return streams

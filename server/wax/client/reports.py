@@ -104,9 +104,13 @@ class Reporter:
 
     def age_ms(self, kind: Kind, newest: FrameArrival, ahead_ms: float) -> float | None:
         """Return a frame's age on arrival; None before its stream's clock is known."""
+        captured_ms = self.captured_ms(kind, newest.rtp)
+        return None if captured_ms is None else newest.at_s * 1000 + ahead_ms - captured_ms
+
+    def captured_ms(self, kind: Kind, rtp: int) -> float | None:
+        """Return when it was captured by the server's clock; None before that stream's is known."""
         clock = self._clocks.get(kind)
         if clock is None:
             return None
-        ticks = (newest.rtp - clock.rtp_origin + _UINT32 // 2) % _UINT32 - _UINT32 // 2
-        captured_ms = clock.origin_server_ms + ticks * 1000 / clock.rate_hz
-        return newest.at_s * 1000 + ahead_ms - captured_ms
+        ticks = (rtp - clock.rtp_origin + _UINT32 // 2) % _UINT32 - _UINT32 // 2
+        return clock.origin_server_ms + ticks * 1000 / clock.rate_hz

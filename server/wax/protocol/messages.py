@@ -233,6 +233,12 @@ class Disown(Incoming):
     turn: Counter
 
 
+class Follow(Incoming):
+    """Send this viewer `Driven` from now on, for a program that watches how people drive."""
+
+    type: Literal["follow"]
+
+
 class Received(Incoming):
     """The last packet of a media unit has arrived; `rtp` is its RTP time.
 
@@ -744,6 +750,24 @@ class DriveStatus(Outgoing):
     share: float
 
 
+class Driven(Outgoing):
+    """The set-point that the robot was sent last, for whoever asked to `Follow`.
+
+    Sent when it changes, at most 20 times a second; it is in force since `server_ms` at the latest.
+    `reason` is the short name of why the robot is held, `limit` of why it is slower than commanded,
+    as on the tape.
+    """
+
+    type: Literal["driven"] = "driven"
+    server_ms: float
+    turn: int
+    linear_mps: float
+    angular_rps: float
+    lateral_mps: float
+    reason: str | None
+    limit: str | None
+
+
 class Heard(Outgoing):
     """Whether this viewer's voice plays at the robot; sent when that changes.
 
@@ -899,6 +923,7 @@ StateIn = (
     | KeepTape
     | SetTask
     | Disown
+    | Follow
     | Received
     | HostIn
 )
@@ -912,6 +937,7 @@ StateOut = (
     | RtpClock
     | Units
     | DriveStatus
+    | Driven
     | Heard
     | Notice
     | Goodbye

@@ -18,6 +18,7 @@ from wax.sentence import Sentence
 from wax.session import names
 from wax.session.diagnosis import for_guests
 from wax.session.entry import Entry
+from wax.session.followers import Followers
 from wax.session.host_acts import HostActs
 from wax.session.kept_state import KeptState
 from wax.session.page_messages import PageMessages
@@ -64,6 +65,8 @@ class Room:
         self._turns = parts.turns
         self._viewers = parts.viewers
         self._control = parts.control
+        self._followers = Followers(parts.viewers)
+        parts.control.listen(self._followers)
         self._access = parts.access
         self._decisions = parts.decisions
         self._kept = parts.kept
@@ -176,6 +179,8 @@ class Room:
                     self._control.answer_call(viewer.number)
                 case messages.KeepTape() | messages.SetTask() | messages.Disown():
                     self._ask_tape(viewer, request)
+                case messages.Follow():
+                    self._followers.add(viewer)
 
     def _ask_tape(
         self, viewer: Viewer, request: messages.KeepTape | messages.SetTask | messages.Disown
@@ -320,6 +325,7 @@ class Room:
         in_batches([partial(_run_deferred_name, viewer, now_s) for viewer in renamed], portion=1)
         if self._voices is not None:
             self._voices.send_changes(now_s)
+        self._followers.send_changes()
         yield
         if now_s - self._checked_s >= _CHECK_S:
             self._checked_s = now_s

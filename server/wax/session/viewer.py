@@ -82,6 +82,7 @@ Request = (
     | messages.KeepTape
     | messages.SetTask
     | messages.Disown
+    | messages.Follow
 )
 
 
@@ -141,6 +142,8 @@ class Viewer:
         self.frozen_ms = LastMinute()
         self.is_ready = False
         self.was_ready = False
+        self.follows = False
+        """Whether this viewer wants the set-points."""
         self.wants_picture = True
         self._wanted: messages.Want | None = None
         self.in_room_until_s = float("-inf")
@@ -199,7 +202,7 @@ class Viewer:
     def release(self) -> None:
         """Release the lanes; safe to call twice."""
         self.streams.release()
-        self.is_ready = False
+        self.is_ready = self.follows = False
         self._wanted = None
         self.report = None
         self.drive_status, self._drive_sent = None, (None, float("-inf"))
