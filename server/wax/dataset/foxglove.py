@@ -11,7 +11,7 @@ from functools import cache
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Final, get_args, get_origin
 
-from wax.dataset.protobuf import Enum, Field, Message
+from wax.dataset.protobuf import Enum, Field, MessageType
 from wax.protocol.tape_events import (
     Faulted,
     Missed,
@@ -28,7 +28,7 @@ _Said = tuple[str, str, str]
 if TYPE_CHECKING:
     from wax.protocol.tape_events import TapeEvent
 
-_TIMESTAMP: Final = Message(
+_TIMESTAMP: Final = MessageType(
     "google.protobuf", "Timestamp", (Field("seconds", 1, "int64"), Field("nanos", 2, "int32"))
 )
 _TIME: Final = Field("timestamp", 1, _TIMESTAMP)
@@ -38,7 +38,7 @@ def _doubles(*names: str) -> tuple[Field, ...]:
     return tuple(Field(name, number, "double") for number, name in enumerate(names, start=1))
 
 
-IMAGE: Final = Message(
+IMAGE: Final = MessageType(
     "foxglove",
     "CompressedImage",
     (
@@ -48,7 +48,7 @@ IMAGE: Final = Message(
         Field("frame_id", 4, "string"),
     ),
 )
-VIDEO: Final = Message(
+VIDEO: Final = MessageType(
     "foxglove",
     "CompressedVideo",
     (
@@ -58,7 +58,7 @@ VIDEO: Final = Message(
         Field("format", 4, "string"),
     ),
 )
-AUDIO: Final = Message(
+AUDIO: Final = MessageType(
     "foxglove",
     "RawAudio",
     (
@@ -69,23 +69,25 @@ AUDIO: Final = Message(
         Field("number_of_channels", 5, "fixed32"),
     ),
 )
-_VECTOR: Final = Message("foxglove", "Vector3", _doubles("x", "y", "z"))
-_QUATERNION: Final = Message("foxglove", "Quaternion", _doubles("x", "y", "z", "w"))
-_POSE: Final = Message(
+_VECTOR: Final = MessageType("foxglove", "Vector3", _doubles("x", "y", "z"))
+_QUATERNION: Final = MessageType("foxglove", "Quaternion", _doubles("x", "y", "z", "w"))
+_POSE: Final = MessageType(
     "foxglove", "Pose", (Field("position", 1, _VECTOR), Field("orientation", 2, _QUATERNION))
 )
-POSE: Final = Message(
+POSE: Final = MessageType(
     "foxglove", "PoseInFrame", (_TIME, Field("frame_id", 2, "string"), Field("pose", 3, _POSE))
 )
 _LEVEL: Final = Enum("Level", ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"))
-LOG: Final = Message(
+LOG: Final = MessageType(
     "foxglove",
     "Log",
     (_TIME, Field("level", 2, _LEVEL), Field("message", 3, "string"), Field("name", 4, "string")),
 )
 
-_NUMBER: Final = Message("wax", "Number", (Field("name", 1, "string"), Field("value", 2, "double")))
-_TYPES: Final[dict[object, str | Message]] = {
+_NUMBER: Final = MessageType(
+    "wax", "Number", (Field("name", 1, "string"), Field("value", 2, "double"))
+)
+_TYPES: Final[dict[object, str | MessageType]] = {
     bool: "bool",
     int: "int64",
     float: "double",
@@ -100,13 +102,13 @@ def stamp(at_ns: int) -> dict[str, int]:
 
 
 @cache
-def message_of(kind: type[TapeEvent]) -> Message:
+def message_of(kind: type[TapeEvent]) -> MessageType:
     """Return the message of a kind of event, with its fields in their order."""
     fields = [
         Field(name, number, *_type(info.annotation))
         for number, (name, info) in enumerate(kind.model_fields.items(), start=1)
     ]
-    return Message("wax", kind.__name__, tuple(fields))
+    return MessageType("wax", kind.__name__, tuple(fields))
 
 
 def values_of(event: TapeEvent) -> dict[str, Any]:
@@ -197,7 +199,7 @@ def _said(event: TapeEvent) -> _Said | None:
     return said
 
 
-def _type(annotation: Any) -> tuple[str | Message, bool]:
+def _type(annotation: Any) -> tuple[str | MessageType, bool]:
     """Return the type of a field, and whether it is repeated."""
     kinds = [one for one in get_args(annotation) if one is not NoneType]
     kind = kinds[0] if len(kinds) == 1 else annotation

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from wax.dataset.protobuf import Message
+    from wax.dataset.protobuf import MessageType
     from wax.protocol.tape_events import TapeEvent
     from wax.tape.disowned import Span
     from wax.tape.selection import Selection
@@ -62,7 +62,7 @@ class _Item:
 
     at_ns: int
     topic: str
-    message: Message
+    message: MessageType
     values: dict[str, Any]
 
 

@@ -47,12 +47,12 @@ class Field:
 
     name: str
     number: int
-    type: str | Message | Enum
+    type: str | MessageType | Enum
     repeated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Message:
+class MessageType:
     """A type of message, by its package and name."""
 
     package: str
@@ -70,7 +70,7 @@ class Message:
         return path.lower() if self.package == "google.protobuf" else path
 
 
-def encode(message: Message, values: Mapping[str, Any]) -> bytes:
+def encode(message: MessageType, values: Mapping[str, Any]) -> bytes:
     """Encode a message; what `values` does not have, or has as None, is left out."""
     return b"".join(
         _field(one, value)
@@ -80,14 +80,14 @@ def encode(message: Message, values: Mapping[str, Any]) -> bytes:
     )
 
 
-def schema_of(message: Message) -> bytes:
+def schema_of(message: MessageType) -> bytes:
     """Return the `FileDescriptorSet` of a message and of all messages in it."""
     files = [{"file": _described(one)} for one in _with_parts(message)]
     return b"".join(encode(_FILE_SET, one) for one in files)
 
 
 def _field(field: Field, value: Any) -> bytes:
-    if isinstance(field.type, Message):
+    if isinstance(field.type, MessageType):
         return _packed(field.number, encode(field.type, value))
     if isinstance(field.type, Enum):
         return _key(field.number, _VARINT) + _varint(field.type.values.index(value))
@@ -120,13 +120,13 @@ def _varint(value: int) -> bytes:
 # --- the schema of schemas (google/protobuf/descriptor.proto) ---------------------------------
 
 _STRING: Final = "string"
-_ENUM_VALUE: Final = Message(
+_ENUM_VALUE: Final = MessageType(
     "", "EnumValueDescriptorProto", (Field("name", 1, _STRING), Field("number", 2, "int32"))
 )
-_ENUM_TYPE: Final = Message(
+_ENUM_TYPE: Final = MessageType(
     "", "EnumDescriptorProto", (Field("name", 1, _STRING), Field("value", 2, _ENUM_VALUE, True))
 )
-_FIELD: Final = Message(
+_FIELD: Final = MessageType(
     "",
     "FieldDescriptorProto",
     (
@@ -137,7 +137,7 @@ _FIELD: Final = Message(
         Field("type_name", 6, _STRING),
     ),
 )
-_DESCRIPTOR: Final = Message(
+_DESCRIPTOR: Final = MessageType(
     "",
     "DescriptorProto",
     (
@@ -146,7 +146,7 @@ _DESCRIPTOR: Final = Message(
         Field("enum_type", 4, _ENUM_TYPE, True),
     ),
 )
-_FILE: Final = Message(
+_FILE: Final = MessageType(
     "",
     "FileDescriptorProto",
     (
@@ -157,16 +157,16 @@ _FILE: Final = Message(
         Field("syntax", 12, _STRING),
     ),
 )
-_FILE_SET: Final = Message("", "FileDescriptorSet", (Field("file", 1, _FILE),))
+_FILE_SET: Final = MessageType("", "FileDescriptorSet", (Field("file", 1, _FILE),))
 
 
-def _with_parts(message: Message) -> Iterable[Message]:
+def _with_parts(message: MessageType) -> Iterable[MessageType]:
     """Return each message once, after those that are in it."""
-    found: dict[str, Message] = {}
+    found: dict[str, MessageType] = {}
 
-    def visit(one: Message) -> None:
+    def visit(one: MessageType) -> None:
         for field in one.fields:
-            if isinstance(field.type, Message):
+            if isinstance(field.type, MessageType):
                 visit(field.type)
         found[one.full_name] = one
 
@@ -174,8 +174,8 @@ def _with_parts(message: Message) -> Iterable[Message]:
     return found.values()
 
 
-def _described(message: Message) -> dict[str, Any]:
-    parts = {one.type.file for one in message.fields if isinstance(one.type, Message)}
+def _described(message: MessageType) -> dict[str, Any]:
+    parts = {one.type.file for one in message.fields if isinstance(one.type, MessageType)}
     enums = [one.type for one in message.fields if isinstance(one.type, Enum)]
     return {
         "name": message.file,
@@ -201,14 +201,14 @@ def _described(message: Message) -> dict[str, Any]:
     }
 
 
-def _described_field(message: Message, field: Field) -> dict[str, Any]:
+def _described_field(message: MessageType, field: Field) -> dict[str, Any]:
     described: dict[str, Any] = {
         "name": field.name,
         "number": field.number,
         "label": _REPEATED if field.repeated else _OPTIONAL,
     }
     match field.type:
-        case Message():
+        case MessageType():
             return described | {"type": _MESSAGE, "type_name": f".{field.type.full_name}"}
         case Enum():
             name = f".{message.full_name}.{field.type.name}"
