@@ -38,7 +38,7 @@ from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import AsyncIterator, Callable
 
 
 def test_all_private_parts_are_there() -> None:
@@ -300,43 +300,71 @@ async def test_a_datagrams_cost_is_charged_before_the_next_one(
     await pc.close()
 
 
-async def test_the_messages_of_a_datagram_share_passes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A datagram that completes many messages pays for a few at a time, and others go on."""
+@pytest.fixture
+async def metered(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Metered]:
     private.install()
-    worked_s, heard = 0.0, 0
-    monkeypatch.setattr(time, "thread_time", lambda: worked_s)
-    meter = rich_meter()
-    charged: list[float] = []
-    monkeypatch.setattr(meter, "charge", lambda began_s: charged.append(worked_s - began_s))
+    made = Metered(RTCPeerConnection(), monkeypatch)
+    yield made
+    await made.pc.close()
 
-    async def receive() -> bytes:
+
+class Metered:
+    """A peer whose messages each take `message_s` of processor time, and what it was charged."""
+
+    message_s = 0.0004
+
+    def __init__(self, pc: RTCPeerConnection, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.worked_s, self.heard = 0.0, 0
+        self.charged_s: list[float] = []
+        self.pc = pc
+        monkeypatch.setattr(time, "thread_time", lambda: self.worked_s)
+        meter = rich_meter()
+        monkeypatch.setattr(
+            meter, "charge", lambda began_s: self.charged_s.append(self.worked_s - began_s)
+        )
+        pc.createDataChannel("state")
+        sctp: Any = pc.sctp
+        self._sctp, self._ice = sctp, sctp.transport.transport
+        monkeypatch.setattr(self._ice, "_recv", self._receive)
+        monkeypatch.setattr(sctp, "_receive", self._hear)
+        private.meter_receiving(pc, meter)
+
+    async def datagram(self, messages: int) -> None:
+        """Receive and handle a datagram that brings, or completes, this many messages."""
+        await self._ice._recv()
+        for _ in range(messages):
+            await self._sctp._receive(0, 51, b"x")
+
+    async def _receive(self) -> bytes:
         return b"a datagram"
 
-    async def hear(*_message: object) -> None:
-        nonlocal worked_s, heard
-        worked_s += 0.0004
-        heard += 1
+    async def _hear(self, *_message: object) -> None:
+        self.worked_s += self.message_s
+        self.heard += 1
 
-    pc = RTCPeerConnection()
-    pc.createDataChannel("state")
-    sctp: Any = pc.sctp
-    ice = sctp.transport.transport
-    monkeypatch.setattr(ice, "_recv", receive)
-    monkeypatch.setattr(sctp, "_receive", hear)
-    private.meter_receiving(pc, meter)
-    await ice._recv()
 
-    async def hear_all() -> None:
-        for _ in range(6):
-            await sctp._receive(0, 51, b"x")
-
-    handling = asyncio.ensure_future(hear_all())
+async def test_the_messages_of_a_datagram_share_passes(metered: Metered) -> None:
+    """A datagram that completes many messages pays for a few at a time, and others go on."""
+    handling = asyncio.ensure_future(metered.datagram(6))
     for count in (2, 4, 6):
         await asyncio.sleep(0)
-        assert heard == count
+        assert metered.heard == count
     await handling
-    assert charged == pytest.approx([0.0008] * 3)
-    await pc.close()
+    assert metered.charged_s == pytest.approx([0.0008] * 2)
+
+
+async def test_a_message_alone_waits_for_no_pass(metered: Metered) -> None:
+    """An operator's commands, one a datagram, are handled as soon as they are read."""
+    metered.message_s = 0.001
+
+    async def commands() -> None:
+        for _ in range(3):
+            await metered.datagram(1)
+
+    handling = asyncio.ensure_future(commands())
+    await asyncio.sleep(0)
+    assert metered.heard == 3
+    await handling
 
 
 async def test_a_flood_over_full_ice_is_bounded_and_its_checks_charged(
