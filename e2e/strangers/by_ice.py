@@ -40,7 +40,7 @@ async def swaps(ground: Ground, rate_hz: float) -> None:
     pair = ice._nominated[1]
 
     def second() -> StunProtocol:
-        protocol = StunProtocol(_SecondPath(ice))  # type: ignore[arg-type]
+        protocol = StunProtocol(_SecondPath(ice))  # type: ignore[arg-type]  # it has what is used of one
         protocol.local_candidate = pair.local_candidate
         return protocol
 
