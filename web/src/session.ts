@@ -296,7 +296,7 @@ export function startSession(): Session {
         link,
         client: () => identity.client,
         wants,
-        size: () => wantedSize.choose(),
+        size: () => state.size.peek() ?? wantedSize.choose() ?? "",
         show(receivers) {
           picture.setTrack(receivers.picture?.track ?? null);
           cameras.setTracks([]);

@@ -1,5 +1,5 @@
 import { beforeEach, expect, it } from "vitest";
-import { inQuality, RenditionChoice } from "./rendition";
+import { enough, inQuality, RenditionChoice } from "./rendition";
 
 let choice: RenditionChoice;
 let nowMs: number;
@@ -25,6 +25,22 @@ it("orders the publishers by the rate in their names", () => {
   expect(inQuality([small, best])).toEqual([best, small]);
   expect(inQuality([best, small])).toEqual([best, small]);
   expect(inQuality(["robot b", "robot a", best])).toEqual([best, "robot a", "robot b"]);
+});
+
+it.each([
+  ["1280x720", 0],
+  ["960x540", 0],
+  ["640x360", 0],
+  ["320x180", 1],
+  ["160x90", 1],
+])("who asks for %s gets the smallest picture that need not be enlarged", (size, i) => {
+  const publishers = ["robot 960x540 at 1000 kbit/s", "robot 320x180 at 120 kbit/s"];
+  expect(enough(publishers, size)).toBe(publishers[i]);
+  expect(enough([], size)).toBeUndefined();
+});
+
+it("gives the best of publishers whose names tell no size", () => {
+  expect(enough(["robot a", "robot b"], "320x180")).toBe("robot a");
 });
 
 it("chooses the better picture if the link carries it", () => {

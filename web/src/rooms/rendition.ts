@@ -1,3 +1,5 @@
+import { enlargement } from "../wantedSize";
+
 const MAKES_KBPS = /at (\S+) kbit\/s$/;
 
 /** After a change, measurements are ignored for this long. */
@@ -25,6 +27,13 @@ export interface Arriving {
 export function inQuality(publishers: readonly string[]): string[] {
   const kbps = (name: string) => Number(MAKES_KBPS.exec(name)?.[1] ?? 0);
   return publishers.toSorted((a, b) => kbps(b) - kbps(a) || a.localeCompare(b));
+}
+
+/** The smallest picture of at least this size, or else the best; the best one comes first. Pure. */
+export function enough(publishers: readonly string[], size: string): string | undefined {
+  const [width = 0, height = 0] = size.split("x").map(Number);
+  const fills = (name: string) => enlargement(name.split(" ")[1] ?? "", { width, height }) <= 1;
+  return publishers.findLast(fills) ?? publishers[0];
 }
 
 /**

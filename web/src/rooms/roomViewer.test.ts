@@ -53,7 +53,6 @@ let left: (boolean | undefined)[];
 let answer: () => Response;
 let renewed: () => Response;
 let renewals: number;
-let size: string;
 
 beforeEach(() => {
   vi.useFakeTimers();
@@ -62,7 +61,6 @@ beforeEach(() => {
   state = createState(loadPreferences(null));
   [shown, said, asked, left] = [[], [], [], []];
   named = undefined;
-  size = "640x480";
   answer = () => json(viewer(7, { role: "queued", place: 3, wait_s: 150 }));
   vi.stubGlobal("document", { hidden: false, documentElement: { dataset: {} } });
   renewals = 0;
@@ -84,7 +82,7 @@ beforeEach(() => {
     link,
     client: () => "client",
     wants: () => ({ sound: true, picture: true }),
-    size: () => size,
+    size: () => "640x480",
     show: () => shown.push("room"),
     enterRoom: (now) => {
       state.room.value = now;
@@ -137,13 +135,6 @@ function comeTo(number: number): void {
   state.hello.value = hello({ viewer: number });
   away.linkChanged({ is: "connected" });
 }
-
-it("watches the smaller picture where it is enough", () => {
-  play();
-  expect(watch.options?.wants().isSmall).toBe(false);
-  size = "320x240";
-  expect(watch.options?.wants().isSmall).toBe(true);
-});
 
 it("reports a silent robot's server while the room plays on", () => {
   play();

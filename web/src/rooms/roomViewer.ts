@@ -20,8 +20,8 @@ export interface RoomViewerOptions {
   link: Pick<Link, "connect" | "close">;
   client: () => string;
   wants: () => { sound: boolean; picture: boolean };
-  /** The size to ask for, as `640x480`. */
-  size: () => string | undefined;
+  /** The size that is enough, as `640x480`. */
+  size: () => string;
   /** Plays these receivers instead of the previous ones. */
   show: (receivers: Receivers) => void;
   enterRoom: (room: RoomState) => void;
@@ -82,10 +82,11 @@ export class RoomViewer {
   #asking: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly options: RoomViewerOptions) {
-    const { state, wants } = options;
+    const { state, wants, size } = options;
     this.#watch = new Watch({
       rendition: this.#rendition,
-      wants: () => ({ ...wants(), isSmall: this.#wantsSmall() }),
+      wants,
+      size,
       isPictureExpected: () => isPictureExpected(state.room.peek()),
       events: {
         show: (receivers) => this.#show(receivers),
@@ -264,12 +265,6 @@ export class RoomViewer {
     if (!isThere && nowMs - this.#askedMs > TOLD_LATE_MS) this.#number = null;
     this.options.state.watching.value = watching;
     this.#enter(room);
-  }
-
-  /** Whether a smaller picture is enough; rooms have two sizes. */
-  #wantsSmall(): boolean {
-    const { state, size } = this.options;
-    return (state.hello.peek()?.sizes.indexOf(size() ?? "") ?? 0) > 0;
   }
 
   // --- the queue -----------------------------------------------------------------------------

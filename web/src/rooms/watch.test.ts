@@ -17,7 +17,7 @@ const { FakeRoom, rooms } = vi.hoisted(() => {
 
   /** Replaces a LiveKit room; the test controls it. */
   class Fake {
-    pictures = ["best", "small"];
+    pictures = ["best 640x480", "small 320x240"];
     streams = { best: new Stream(), small: new Stream(), sound: new Stream() };
     isSubscribed = false;
     isConnected = true;
@@ -35,8 +35,9 @@ const { FakeRoom, rooms } = vi.hoisted(() => {
       this.watched = [picture, sound];
     }
 
-    picture(name: "best" | "small") {
-      return name === this.watched[0] && this.isSubscribed ? this.streams[name] : null;
+    picture(name: string) {
+      const kind = name.startsWith("best") ? "best" : "small";
+      return name === this.watched[0] && this.isSubscribed ? this.streams[kind] : null;
     }
 
     get sound() {
@@ -55,7 +56,8 @@ vi.mock("./livekitRoom", () => ({ LiveKitRoom: FakeRoom }));
 
 let watch: Watch;
 let rendition: RenditionChoice;
-let wants: { sound: boolean; picture: boolean; isSmall: boolean };
+let wants: { sound: boolean; picture: boolean };
+let size: string;
 let isExpected: boolean;
 let shown: Receivers[];
 let plays: boolean[];
@@ -66,12 +68,14 @@ beforeEach(() => {
   vi.useFakeTimers();
   rooms.length = 0;
   rendition = new RenditionChoice();
-  wants = { sound: true, picture: true, isSmall: false };
+  wants = { sound: true, picture: true };
+  size = "640x480";
   isExpected = true;
   [shown, plays, heard, failures] = [[], [], [], 0];
   watch = new Watch({
     rendition,
     wants: () => wants,
+    size: () => size,
     isPictureExpected: () => isExpected,
     events: {
       show: (receivers) => shown.push(receivers),
@@ -114,7 +118,7 @@ it("shows a room once its first picture has arrived, with one picture and the so
   pass(50, at(0).streams.best);
   expect(shown).toEqual([{ picture: at(0).streams.best, sound: at(0).streams.sound }]);
   expect(plays).toEqual([true]);
-  expect(at(0).watched).toEqual(["best", true]);
+  expect(at(0).watched).toEqual(["best 640x480", true]);
   expect(rooms).toHaveLength(1);
 });
 
@@ -191,10 +195,10 @@ it("judges the room by its sound if the picture is off", () => {
 
 it("changes the rendition without leaving, and keeps the old picture until the new one arrives", () => {
   const first = begin();
-  wants.isSmall = true;
+  size = "320x240";
   first.isSubscribed = false;
   pass(300, first.streams.sound);
-  expect(first.watched).toEqual(["small", true]);
+  expect(first.watched).toEqual(["small 320x240", true]);
   expect(shown.at(-1)?.picture).toBe(first.streams.best);
   first.isSubscribed = true;
   pass(600);

@@ -2,7 +2,7 @@ import type { Receivers } from "../measure/report";
 import type { Seat, Told } from "../messages";
 import { Failover, isSameRoom } from "./failover";
 import { LiveKitRoom } from "./livekitRoom";
-import type { RenditionChoice } from "./rendition";
+import { enough, type RenditionChoice } from "./rendition";
 
 export interface WatchEvents {
   /** Show these receivers: a room has started to play, or plays something else. */
@@ -16,7 +16,9 @@ export interface WatchEvents {
 
 export interface WatchOptions {
   rendition: RenditionChoice;
-  wants: () => { sound: boolean; picture: boolean; isSmall: boolean };
+  wants: () => { sound: boolean; picture: boolean };
+  /** The size that is enough, as `640x480`. */
+  size: () => string;
   /** Whether the robot has a picture to send. */
   isPictureExpected: () => boolean;
   events: WatchEvents;
@@ -200,9 +202,10 @@ export class Watch {
 
   /** Subscribes to what is wanted; returns the picture's receiver, null while there is none. */
   #choose(room: LiveKitRoom, nowMs: number): RTCRtpReceiver | null {
-    const { sound, picture, isSmall } = this.options.wants();
+    const { wants, size, rendition } = this.options;
+    const { sound, picture } = wants();
     const names = room.pictures;
-    const name = (isSmall || this.options.rendition.isSmall ? names.at(-1) : names[0]) ?? null;
+    const name = (rendition.isSmall ? names.at(-1) : enough(names, size())) ?? null;
     if (name !== null && name !== this.#target.name) this.#target = { name, sinceMs: nowMs };
     room.watch(picture ? name : null, sound);
     return picture && name !== null ? room.picture(name) : null;
