@@ -113,6 +113,14 @@ async def test_the_page_is_told_what_to_prepare(
     assert told == ({data} if data else set())
 
 
+async def test_a_frame_on_another_site_has_the_shape_of_the_turned_picture() -> None:
+    """A camera of 480×270 that lies on its side is framed without bars."""
+    frames = {"page": {"embed_on": ["https://museum.example"]}, "audio": {"source": "none"}}
+    async with started(_app(frames, width=480, height=270, rotate=90)) as port:
+        told = json.loads(await _text(port, f"/oembed?url=http://127.0.0.1:{port}/"))
+    assert (told["width"], told["height"]) == (640, 640 * 480 // 270)
+
+
 async def _text(port: int, path: str) -> str:
     url = f"http://127.0.0.1:{port}{path}"
     async with aiohttp.ClientSession() as session, session.get(url) as response:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Literal
 
 import av
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 from av.packet import Packet
 from hypothesis import example, given
 from hypothesis import strategies as st
+from tests.encode.quarters import CORNERS, Corners, corners, quartered
 from tests.examples import examples
 
 from wax.capture.blanking import Blanking
@@ -24,35 +25,8 @@ from wax.encode.video_encoder import VideoEncoder
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-Corners = list[tuple[int, ...]]
-
-CORNERS: Final[Corners] = [(210, 100, 90), (60, 170, 110), (150, 60, 180), (100, 128, 210)]
-"""Luma and chroma of a picture's quarters: left and right above, left and right below."""
 HALVES = st.integers(16, 60)
 CODECS: list[Literal["vp8", "h264"]] = ["vp8", "h264"]
-
-
-def quartered(width: int, height: int) -> Picture:
-    i420 = black(width, height)
-    for number, plane in enumerate(planes(i420)):
-        middle, centre = plane.shape[0] // 2, plane.shape[1] // 2
-        for at, corner in enumerate(CORNERS):
-            rows = slice(middle) if at < 2 else slice(middle, None)
-            plane[rows, slice(centre) if at % 2 == 0 else slice(centre, None)] = corner[number]
-    return Picture(i420, 5000.0)
-
-
-def corners(i420: NDArray[np.uint8]) -> Corners:
-    """Return what each quarter has where no time is written."""
-    found = []
-    for down in (0.25, 0.625):
-        for along in (0.25, 0.75):
-            middle = [
-                plane[int(down * plane.shape[0]), int(along * plane.shape[1])]
-                for plane in planes(i420)
-            ]
-            found.append(tuple(int(one) for one in middle))
-    return found
 
 
 def turned_corners(quarters: int, *, mirror: bool) -> Corners:
