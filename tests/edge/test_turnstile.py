@@ -58,6 +58,19 @@ async def test_what_does_not_fit_waits_for_the_next_pass(work: Work) -> None:
     assert len(passes) == 40
 
 
+async def test_requests_and_peers_leave_each_other_their_time(work: Work) -> None:
+    """What one of the two has used up is no less for the other."""
+    turnstile = Turnstile(TurnedClock())
+    meter = Meter(turnstile, payer())
+    began_s = time.thread_time()
+    work(0.01)
+    turnstile.charge(payer(), began_s)
+    assert (turnstile.is_open, meter.is_open) == (False, True)
+    await asyncio.sleep(0)
+    meter.charge(began_s)
+    assert (turnstile.is_open, meter.is_open) == (True, False)
+
+
 async def test_a_long_pass_has_room_for_more(work: Work) -> None:
     """While a pass takes 100 ms, strangers get a tenth of it, and no more."""
     clock = TurnedClock()
@@ -70,7 +83,7 @@ async def test_a_long_pass_has_room_for_more(work: Work) -> None:
         began_s = time.thread_time()
         passes.append(now)
         work(0.001)
-        turnstile.charge(who, began_s)
+        turnstile.charge_peer(who, began_s)
 
     tasks = [asyncio.create_task(stranger()) for _ in range(60)]
     while not all(task.done() for task in tasks):

@@ -444,7 +444,7 @@ async def test_a_request_that_was_cut_off_waits_for_no_turn(
             await _until_open(entrance, 1)
             lost = await _only_one(entrance)
             await async_until(lambda: lost._current_request is not None)
-        monkeypatch.setattr(Turnstile, "is_open", False)
+        monkeypatch.setattr(turnstile._Lane, "is_open", False)
         monkeypatch.setattr(turnstile, "_WOKEN", 0)
         pace.goes_on.set()
         await asyncio.sleep(0.05)

@@ -1,8 +1,9 @@
 """Limits strangers' work in each pass of the event loop, and decides who waits.
 
-asyncio runs its timers, and with them the control loop, once a pass. So the work of all strangers
-together gets two milliseconds of each pass, or a tenth of a longer one, and the rest waits for the
-next: no command of the operator's and no Stop waits for more than that. The tenth is needed while
+asyncio runs its timers, and with them the control loop, once a pass. So the datagrams of all guests
+together get two milliseconds of each pass, or a tenth of a longer one; so do all requests; and the
+rest waits for the next: no command of the operator's waits for more than that. Requests and peers
+are apart so that no flood by HTTP delays a Stop that comes by a channel. The tenth is needed while
 the loop is busy: with few passes a second, what arrives would otherwise wait ever longer.
 """
 
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 _PASS_S: Final = 0.002
 _PASS_SHARE: Final = 0.1
 _WOKEN: Final = 2
-"""Waiting peers, and waiting requests, that go on in each pass even if others use it up first; as
-many more as a long pass has more time."""
+"""Waiting payers of either kind that go on in each pass even if others use it up first; as many
+more as a long pass has more time."""
 
 
 class Turnstile:
@@ -31,16 +32,20 @@ class Turnstile:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._used_s, self._limit_s = 0.0, _PASS_S
         self._is_next_due, self._planned_s = False, 0.0
-        self._peers, self._requests = _Queue(), _Queue()
+        self._peers, self._requests = _Lane(), _Lane()
         self.charged_s = 0.0
         """The time charged to all payers since the start."""
 
     @property
+    def has_time_for_peers(self) -> bool:
+        """Whether a guest's datagram may still be handled in this pass."""
+        return self._peers.is_open
+
+    @property
     def is_open(self) -> bool:
-        """Whether a stranger's work may still begin in this pass."""
-        return self._used_s < self._limit_s
+        """Whether work for a request may still begin in this pass."""
+        return self._requests.is_open
 
     def wait_s(self, payer: Payer) -> float:
         """Return how long a payer's debt makes it wait, else 0; the pass's limit is `is_open`."""
@@ -48,11 +53,11 @@ class Turnstile:
 
     def charge(self, payer: Payer, began_s: float) -> None:
         """Charge this thread's processor time since `began_s`, a value of `time.thread_time()`."""
-        cost_s = time.thread_time() - began_s
-        self._used_s += cost_s
-        self.charged_s += cost_s
-        payer.spend(cost_s, self._clock.now_s())
-        self._plan_next_pass()
+        self._charge(self._requests, payer, began_s)
+
+    def charge_peer(self, payer: Payer, began_s: float) -> None:
+        """Do the same for a peer's datagrams."""
+        self._charge(self._peers, payer, began_s)
 
     async def enter_peer(self, payer: Payer) -> None:
         """Wait until there is time for a datagram of a peer."""
@@ -67,11 +72,18 @@ class Turnstile:
         """
         return self._turn(self._requests, payer)
 
-    def _turn(self, queue: _Queue, payer: Payer) -> asyncio.Future[None] | None:
-        if self.is_open and payer not in queue.waiting:
+    def _charge(self, lane: _Lane, payer: Payer, began_s: float) -> None:
+        cost_s = time.thread_time() - began_s
+        lane.used_s += cost_s
+        self.charged_s += cost_s
+        payer.spend(cost_s, self._clock.now_s())
+        self._plan_next_pass()
+
+    def _turn(self, lane: _Lane, payer: Payer) -> asyncio.Future[None] | None:
+        if lane.is_open and payer not in lane.waiting:
             return None
         self._plan_next_pass()
-        return queue.enter(payer)
+        return lane.enter(payer)
 
     def _plan_next_pass(self) -> None:
         if not self._is_next_due:
@@ -80,26 +92,35 @@ class Turnstile:
 
     def _next_pass(self) -> None:
         self._is_next_due = False
-        self._used_s = 0.0
-        self._limit_s = max(_PASS_S, _PASS_SHARE * (self._clock.now_s() - self._planned_s))
-        for queue in (self._peers, self._requests):
-            queue.wake(int(_WOKEN * self._limit_s / _PASS_S))
-            if queue.waiting:
+        limit_s = max(_PASS_S, _PASS_SHARE * (self._clock.now_s() - self._planned_s))
+        for lane in (self._peers, self._requests):
+            lane.next_pass(limit_s)
+            if lane.waiting:
                 self._plan_next_pass()
 
 
-class _Queue:
-    """Steps that wait for the next pass; their payers take turns."""
+class _Lane:
+    """One kind of strangers' work: its time in this pass, and the payers that wait for the next.
+
+    They take turns.
+    """
 
     def __init__(self) -> None:
+        self.used_s, self._limit_s = 0.0, _PASS_S
         self.waiting: dict[Payer, deque[asyncio.Future[None]]] = {}
+
+    @property
+    def is_open(self) -> bool:
+        return self.used_s < self._limit_s
 
     def enter(self, payer: Payer) -> asyncio.Future[None]:
         turn = asyncio.get_running_loop().create_future()
         self.waiting.setdefault(payer, deque()).append(turn)
         return turn
 
-    def wake(self, left: int) -> None:
+    def next_pass(self, limit_s: float) -> None:
+        self.used_s, self._limit_s = 0.0, limit_s
+        left = int(_WOKEN * limit_s / _PASS_S)
         for payer in list(self.waiting):
             if not left:
                 return
@@ -142,12 +163,12 @@ class Meter:
     def is_open(self) -> bool:
         """Whether this peer's traffic may be handled now."""
         payer = self._payer
-        has_room = payer is self._trusted or self._turnstile.is_open
+        has_room = payer is self._trusted or self._turnstile.has_time_for_peers
         return has_room and self._turnstile.wait_s(payer) <= 0
 
     def charge(self, began_s: float) -> None:
         """Charge this peer (`Turnstile.charge`)."""
-        self._turnstile.charge(self._payer, began_s)
+        self._turnstile.charge_peer(self._payer, began_s)
 
     async def enter(self) -> None:
         """Wait until this peer's traffic may be handled."""
