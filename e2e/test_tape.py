@@ -97,6 +97,8 @@ async def test_what_was_driven_is_replayed(
         folder = server.state_folder / "tape"
     (part,) = Shelf(folder).parts()
     assert part.kept == "operator"
+    ((driven_s, ended_s),) = part.disowned
+    assert part.began_s <= driven_s < ended_s - 1.5
     assert part.media is not None
     pictures_ms = times_ms(part.media)
 
@@ -116,7 +118,7 @@ async def test_what_was_driven_is_replayed(
         began_ms = content["began_wall_ms"]
         events = {one["event"]["type"]: one["event"] for one in content["events"]}
         assert events["tasked"]["text"] == "a little ahead"
-        assert events["disowned"]["turn"] == events["tasked"]["turn"]
+        assert events["tasked"]["turn"] == events["turned"]["number"]
 
         async def shows(at_ms: float) -> bool:
             card = await viewer.probe("newest()")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
+from tests.capture.card_reader import read_stamp
 from tests.tape.packets import sounds
 from tests.turned_clock import TurnedClock
 
 from wax.capture.source import Picture
-from wax.capture.testcard import TestCardVideo
+from wax.capture.testcard import STAMP_MODULUS, TestCardVideo
 from wax.config.settings import Settings
 from wax.config.video import RenditionSettings
 from wax.encode.encoded import EncodedSound
@@ -18,6 +19,8 @@ from wax.tape.segment import Segment
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    import numpy as np
 
     from wax.protocol.tape_events import TapeEvent
     from wax.tape.shelf import Shelf
@@ -114,3 +117,12 @@ def write_part(
 def _heard(times_s: Sequence[float]) -> list[EncodedSound]:
     """Return sound that is loud at the beginning of each second."""
     return sounds(begin_s=times_s[0], seconds=times_s[-1] - times_s[0])
+
+
+def shown_s(rows: np.ndarray[Any, Any], near_s: float) -> float:
+    """Return the time that a picture shows, since 1970; `near_s` tells which day it is."""
+    stamp = read_stamp(rows)
+    assert stamp is not None
+    near_ms = round(near_s * 1000)
+    late_ms = (stamp - near_ms + STAMP_MODULUS // 2) % STAMP_MODULUS - STAMP_MODULUS // 2
+    return (near_ms + late_ms) / 1000

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.dataset.driven_tape import steered, turned
 
 from wax.dataset.episodes import LONGEST_S, QUIET_S, Division, Episode, EpisodeFinder, LeftOut
-from wax.protocol.tape_events import Disowned, Faulted, Missed, Stopped, Tasked
+from wax.protocol.tape_events import Faulted, Missed, Stopped, Tasked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -132,17 +132,6 @@ def test_a_long_turn_is_divided() -> None:
     ]
 
 
-def test_a_turn_that_its_operator_disowns_is_no_episode() -> None:
-    """All its pieces are left out, also where a later part says so; turns of other starts stay."""
-    first: Part = [(0, turned(1)), (1, turned(1, None)), (2, turned(2)), (3, turned(2, None))]
-    again: Part = [(9, turned(1)), *((at_s + 10, one) for at_s, one in STOPS), (19, DRIVEN)]
-    later: Part = [(19.5, turned(1, None)), (20, Disowned(turn=1)), (21, turned(2)), (22, DRIVEN)]
-    division = found(first, again, later)
-    assert [(one.turn, one.begin_s) for one in division.episodes] == [(1, 0), (2, 2), (2, 21)]
-    disowned = [one for one in division.left_out if "does not want" in one.why]
-    assert [(one.begin_s, one.end_s) for one in disowned] == [(9, 13), (15, 19.5)]
-
-
 def test_an_episode_has_the_task_that_its_operator_said() -> None:
     """It is that of the turn, also in the next part, and never of the turn after it."""
     first: Part = [(0, turned(1)), (1, Tasked(turn=1, text="Tidy up")), (9, DRIVEN)]
@@ -163,7 +152,6 @@ EVENTS = st.one_of(
     st.builds(stopped, pressed=st.booleans()),
     st.sampled_from([FAULTED, HELD, DRIVEN]),
     st.builds(Missed, missed_s=st.floats(0, 5)),
-    st.builds(Disowned, turn=st.integers(1, 4)),
 )
 
 

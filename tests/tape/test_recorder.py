@@ -155,6 +155,30 @@ def test_what_happened_lately_is_kept(rig: Rig) -> None:
     assert first.ended_s >= second.ended_s or kept[first.name] is None
 
 
+def test_a_disowned_time_is_marked_even_after_trouble(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its operator was told that it will not be used: what the disk refuses is marked later."""
+    monkeypatch.setattr(recorder_module, "RETRY_S", 0.0)
+    disown, refused = rig.shelf.disown, [OSError("worn out")]
+
+    def disown_later(begin_s: float, end_s: float) -> None:
+        if refused:
+            raise refused.pop()
+        disown(begin_s, end_s)
+
+    monkeypatch.setattr(rig.shelf, "disown", disown_later)
+    rig.film(BEGIN_S, 21.0)
+    rig.recorder.disown(BEGIN_S + 12.5, BEGIN_S + 15.0)
+    rig.recorder.start()
+    until(lambda: any(one.disowned for one in rig.shelf.parts()))
+    rig.recorder.stop(20.0)
+    (_, second, _) = (one.disowned for one in rig.shelf.parts())
+    began_s = rig.clock.wall_ms() / 1000
+    assert [one.disowned for one in rig.shelf.parts()] == [(), second, ()]
+    assert second == ((began_s + 12.5, began_s + 15.0),)
+
+
 def test_a_slow_disk_leaves_out_whole_parts_and_says_so(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

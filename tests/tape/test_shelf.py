@@ -99,9 +99,63 @@ def test_a_mark_that_says_nothing_keeps(shelf: Shelf) -> None:
     assert shelf.parts()[0].kept == "host"
 
 
+@pytest.mark.parametrize(
+    ("begin_s", "end_s", "are_marked"),
+    [
+        (10, 20, [True, False]),
+        (50, 70, [True, True]),
+        (60.5, 70, [True, True]),
+        (70, 80, [False, True]),
+        (-9, -1, [False] * 2),
+    ],
+)
+def test_a_time_that_is_disowned_is_marked_where_it_is(
+    shelf: Shelf, begin_s: float, end_s: float, are_marked: list[bool]
+) -> None:
+    """Each part that may have something of it says so itself, whichever parts are left later.
+
+    The first may go on for a moment after the second has begun.
+    """
+    shelf.disown(FIRST_S + begin_s, FIRST_S + end_s)
+    assert [one.is_disowned(FIRST_S + begin_s) for one in shelf.parts()] == are_marked
+    assert [one.is_disowned(FIRST_S + end_s + 1) for one in shelf.parts()] == [False, False]
+    assert [(one.ended_s, one.kept) for one in shelf.parts()] == [
+        (FIRST_S + 60, None),
+        (FIRST_S + 120, None),
+    ]
+
+
+def test_a_part_may_have_several_disowned_times(shelf: Shelf) -> None:
+    """A later mark adds to an earlier one; only the tape's owner may read it."""
+    shelf.disown(FIRST_S + 1, FIRST_S + 2)
+    shelf.disown(FIRST_S + 5, FIRST_S + 6)
+    disowned = ((FIRST_S + 1, FIRST_S + 2), (FIRST_S + 5, FIRST_S + 6))
+    assert shelf.parts()[0].disowned == disowned
+    assert shelf.path(FIRST, ".disowned").stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize("text", [b"\xff", b"1.0\n", b"a b\n"])
+def test_a_disowned_mark_that_says_nothing_counts_for_all_times(shelf: Shelf, text: bytes) -> None:
+    """Rather too much is left out than anything that is not to be used."""
+    shelf.path(FIRST, ".disowned").write_bytes(text)
+    assert shelf.parts()[0].is_disowned(FIRST_S + 5)
+
+
+def test_the_mark_of_a_disowned_time_is_deleted_last(
+    shelf: Shelf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is left of a part that is only half deleted is still not to be used."""
+    gone: list[str] = []
+    shelf.disown(FIRST_S, FIRST_S + 1)
+    monkeypatch.setattr(Path, "unlink", lambda path, **_: gone.append(path.name))
+    shelf.delete(FIRST)
+    assert gone[-2:] == [f"{FIRST}.disowned", f"{FIRST}.disowned.unready"]
+
+
 def test_deleting_leaves_nothing(shelf: Shelf) -> None:
-    """Deleting removes all files of a part and its mark, and nothing else."""
+    """Deleting removes all files of a part and its marks, and nothing else."""
     shelf.keep(FIRST, "host")
+    shelf.disown(FIRST_S, FIRST_S + 1)
     assert tape_delete(shelf, [FIRST]).startswith("Deleted: 1 part")
     assert [one.name for one in shelf.parts()] == [SECOND]
     assert not [one for one in shelf.folder.iterdir() if one.name.startswith(FIRST)]

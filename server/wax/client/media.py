@@ -167,8 +167,10 @@ class Media:
         """
         receiver = self._receivers["video"]
         frame = await receiver.track.recv()
-        while not receiver.track._queue.empty():  # type: ignore[attr-defined]  # it has one
-            frame = await receiver.track.recv()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(0):
+                while True:  # what is there is returned at once
+                    frame = await receiver.track.recv()
         assert isinstance(frame, VideoFrame)
         assert frame.pts is not None
         mapper: Any = getattr(receiver, "_RTCRtpReceiver__timestamp_mapper")  # noqa: B009  # as above
@@ -295,9 +297,11 @@ def _statistics(receiver: RTCRtpReceiver) -> dict[int, CountedStream]:
         "_send_rtcp_nack",
         "_send_rtcp_pli",
         "_RTCRtpReceiver__rtcp_ssrc",
-        "_RTCRtpReceiver__timestamp_mapper",
     )
-    if streams is None or not all(hasattr(receiver, name) for name in wanted):
+    mapper = getattr(receiver, "_RTCRtpReceiver__timestamp_mapper", None)
+    has_all = all(hasattr(receiver, name) for name in wanted) and hasattr(mapper, "_origin")
+    transport = receiver.transport
+    if streams is None or not has_all or not hasattr(transport, "_rx_srtp"):
         raise _moved("aiortc")
     return streams
 

@@ -1,8 +1,7 @@
 """Divides a tape into episodes: each is a turn, or a piece of one. Pure.
 
 An episode ends with the turn, at a Stop or a fault, where the tape has a gap, and where the clock
-was set back. After a Stop or fault the same turn goes on as another episode. A turn whose operator
-does not want it to be used is no episode.
+was set back. After a Stop or fault the same turn goes on as another episode.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from wax.protocol.tape_events import Disowned, Faulted, Missed, Steered, Stopped, Tasked, Turned
+from wax.protocol.tape_events import Faulted, Missed, Steered, Stopped, Tasked, Turned
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,7 +27,6 @@ is in the part before it."""
 
 _STOPPED: Final = "Stop was pressed"
 _FAULT: Final = "a fault stopped the robot"
-_DISOWNED: Final = "its operator does not want it to be used"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +84,7 @@ class EpisodeFinder:
 
     def __init__(self, *, joins: bool = False) -> None:
         self._joins = joins
-        self._found: list[tuple[int, Episode]] = []
-        self._left_out: list[LeftOut] = []
-        self._run = 0
-        self._newest_turn = 0
-        self._disowned: set[tuple[int, int]] = set()
+        self._division = Division()
         self._state = _State()
         self._since_s = 0.0
         self._newest_s = -math.inf
@@ -115,9 +109,6 @@ class EpisodeFinder:
             state = self._state
             self._change(_State(), max(self._since_s, at_s - event.missed_s))
             self._change(state, at_s)
-        if isinstance(event, Disowned):
-            self._disowned.add((self._run, event.turn))
-        self._count_runs(event)
         self._set(self._after(event), at_s)
         self._newest_s = max(self._newest_s, at_s)
 
@@ -125,22 +116,7 @@ class EpisodeFinder:
         """Return what was found."""
         self._settle()
         self._change(_State(), self._newest_s)
-        division = Division(left_out=self._left_out)
-        for run, one in self._found:
-            if (run, one.turn) in self._disowned:
-                division.left_out.append(LeftOut(one.begin_s, one.end_s, _DISOWNED))
-            else:
-                division.episodes.append(one)
-        return division
-
-    def _count_runs(self, event: TapeEvent) -> None:
-        """Count the server's starts, after each of which turns begin at 1 again.
-
-        A start that this misses makes a turn that is disowned count for two, never for none.
-        """
-        if isinstance(event, Turned):
-            self._run += event.number < self._newest_turn
-            self._newest_turn = event.number
+        return self._division
 
     def _after(self, event: TapeEvent) -> _State:
         state = self._state
@@ -184,9 +160,9 @@ class EpisodeFinder:
             why = None if self._joins else before.why_not
             if why is None:
                 whole = Episode(before.turn, self._since_s, at_s, before.task)
-                self._found += ((self._run, one) for one in _pieces(whole))
+                self._division.episodes += _pieces(whole)
             else:
-                self._left_out.append(LeftOut(self._since_s, at_s, why))
+                self._division.left_out.append(LeftOut(self._since_s, at_s, why))
         self._since_s = at_s
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import heapq
 import os
-from contextlib import suppress
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
@@ -37,7 +36,6 @@ from wax.dataset.protobuf import encode, schema_of
 from wax.dataset.survey import DRIVING_VIEW
 from wax.errors import StateError, reason_of
 from wax.protocol.tape_events import Filmed, Named, topic
-from wax.tape.disowned import DisownedTurns, is_within
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of
 
@@ -47,7 +45,6 @@ if TYPE_CHECKING:
 
     from wax.dataset.protobuf import MessageType
     from wax.protocol.tape_events import TapeEvent
-    from wax.tape.disowned import Span
     from wax.tape.selection import Selection
     from wax.tape.shelf import Shelved
 
@@ -109,15 +106,15 @@ class _Export:
         self._sound = sound
         self._log = LogLines()
         self._channels: dict[str, int] = {}
-        self._disowned: list[Span] = []
+        self._part: Shelved
         self.left_out: list[str] = []
 
     def write(self, writer: Writer, tell: Callable[[str], None]) -> int:
         """Write all parts; return how many messages there are."""
-        self._disowned = _disowned(self._selection)
         count = 0
         parts = self._selection.parts
         for number, part in enumerate(parts, start=1):
+            self._part = part
             try:
                 count += self._write_part(writer, part)
             except StateError as error:
@@ -153,7 +150,7 @@ class _Export:
     def _has(self, at_s: float) -> bool:
         """Whether this time is to be exported."""
         chosen = self._selection
-        return chosen.begin_s <= at_s < chosen.end_s and not is_within(at_s, self._disowned)
+        return chosen.begin_s <= at_s < chosen.end_s and not self._part.is_disowned(at_s)
 
     def _write(self, writer: Writer, item: _Item) -> None:
         channel = self._channels.get(item.topic)
@@ -242,15 +239,3 @@ class _Export:
                         )
         except (av.FFmpegError, OSError) as error:
             self.left_out.append(f"{path.name}: its sound is damaged: {reason_of(error)}")
-
-
-def _disowned(selection: Selection) -> list[Span]:
-    """Return when the turns were driven that are not to be used, as far as it can be read."""
-    turns = DisownedTurns()
-    for part in sorted((*selection.parts, *selection.later), key=attrgetter("name")):
-        with suppress(StateError):
-            if part.events is not None:
-                read = read_events(part.events)
-                for one in read.events:
-                    turns.add((read.began_wall_ms + one.at_ms) / 1000, one.event)
-    return turns.spans

@@ -32,6 +32,7 @@ _KINDS: Final = (Commanded, Reported, Steered)
 _NO_EVENTS: Final = "nothing says what was driven"
 _OPEN: Final = "is being written; it is whole when the next part begins"
 _NO_PICTURE: Final = "has no picture of this camera"
+_DISOWNED: Final = "its operator does not want it to be used"
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,31 +86,31 @@ def survey(selection: Selection, *, camera: str = DRIVING_VIEW, joins: bool = Fa
     finder = EpisodeFinder(joins=joins)
     seen = _Values()
     cameras: set[str] = {DRIVING_VIEW}
-    selected = {one.name for one in selection.parts}
-    for part in sorted((*selection.parts, *selection.later), key=lambda one: one.name):
+    for part in selection.parts:
         try:
             read = _read(part, finder)
-            if part.name in selected:
-                found.parts.append(_survey(part, read, camera, cameras))
-                for _, event in read.placed:
-                    seen.add(event)
-                if read.problem is not None:
-                    why = f"{part.name}: {read.problem}"
-                    found.left_out.append(LeftOut(read.ended_s, read.ended_s, why))
+            found.parts.append(_survey(part, read, camera, cameras))
+            for _, event in read.placed:
+                seen.add(event)
+            if read.problem is not None:
+                why = f"{part.name}: {read.problem}"
+                found.left_out.append(LeftOut(read.ended_s, read.ended_s, why))
         except StateError as error:
-            if part.name in selected:
-                found.left_out.append(LeftOut(part.began_s, part.ended_s, str(error)))
+            found.left_out.append(LeftOut(part.began_s, part.ended_s, str(error)))
     if camera not in cameras:
         known = ", ".join(sorted(cameras))
         raise StateError(f"--camera: the tape has no {camera!r}; it has {known}")
     division = finder.finish()
     found.left_out += division.left_out
-    found.episodes = [
-        clipped
-        for one in division.episodes
-        if (clipped := one.within(selection.begin_s, selection.end_s)) is not None
-        and found.within(clipped.begin_s, clipped.end_s)
-    ]
+    for one in division.episodes:
+        clipped = one.within(selection.begin_s, selection.end_s)
+        if clipped is None or not found.within(clipped.begin_s, clipped.end_s):
+            continue
+        middle_s = (clipped.begin_s + clipped.end_s) / 2
+        if any(part.is_disowned(middle_s) for part in selection.parts):
+            found.left_out.append(LeftOut(clipped.begin_s, clipped.end_s, _DISOWNED))
+        else:
+            found.episodes.append(clipped)
     found.actions, found.observed = seen.actions, seen.observed
     return found
 

@@ -175,16 +175,6 @@ class Tasked(_Event):
     text: str
 
 
-class Disowned(_Event):
-    """The operator of this turn, which is over, does not want its recording to be used.
-
-    `turn` is the newest turn of that number, since turns count from 1 after each start.
-    """
-
-    type: Literal["disowned"] = "disowned"
-    turn: int
-
-
 TapeEvent = (
     Commanded
     | Steered
@@ -197,7 +187,6 @@ TapeEvent = (
     | Filmed
     | Missed
     | Tasked
-    | Disowned
 )
 EVENTS: Final[Sequence[type[TapeEvent]]] = get_args(TapeEvent)
 

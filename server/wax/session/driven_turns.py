@@ -40,12 +40,12 @@ class DrivenTurns:
         is_new, driven.task = text != driven.task, text
         return is_new
 
-    def disown(self, viewer: int, turn: int, now_s: float) -> float | None:
-        """Return when the turn began, once; None for others, and `DISOWN_S` after its end."""
+    def disown(self, viewer: int, turn: int, now_s: float) -> tuple[float, float] | None:
+        """Return when the turn was, once; None for others, and `DISOWN_S` after its end."""
         driven = self._turns.get(turn)
         if driven is None or driven.operator != viewer or driven.ended_s is None:
             return None
         if now_s - driven.ended_s > DISOWN_S:
             return None
         del self._turns[turn]
-        return driven.began_s
+        return driven.began_s, driven.ended_s

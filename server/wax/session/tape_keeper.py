@@ -116,18 +116,15 @@ class TapeKeeper(Listener):
             self.recorder.event(tasked, now_s, lasts_as="tasked")
 
     def disown(self, viewer: int, turn: int) -> Sentence:
-        """Record that a turn is not to be used, and return the answer for its operator.
+        """Mark that a turn is not to be used, and return the answer for its operator.
 
         Raises `ForbiddenError` for anybody else, and two minutes after the turn.
         """
         now_s = self._clock.now_s()
-        began_s = self._turns.disown(viewer, turn, now_s) if self.status().can_disown else None
-        if began_s is None:
+        driven_s = self._turns.disown(viewer, turn, now_s) if self.status().can_disown else None
+        if driven_s is None:
             raise ForbiddenError(_NOT_YOURS)
-        self.recorder.event(tape_events.Disowned(turn=turn), now_s)
-        for by, kept_s in self._kept_s.items():
-            if kept_s >= began_s:  # this event must stay as long as the turn that it is about
-                self.recorder.keep(now_s, by)
+        self.recorder.disown(*driven_s)
         return _DISOWNED
 
     # --- what the control loop tells (Listener) ----------------------------------------------

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import shutil
 import threading
+from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
@@ -102,6 +103,12 @@ class _Keep:
 
 
 @dataclass(frozen=True, slots=True)
+class _Disown:
+    begin_s: float
+    end_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class _Forget:
     """Stops repeating the event under this key."""
 
@@ -116,7 +123,7 @@ class _Resume:
 
 
 _Recorded = EncodedPicture | _CameraPicture | EncodedSound | _Event
-_Item = _Recorded | _Keep | _Forget | _Resume
+_Item = _Recorded | _Keep | _Disown | _Forget | _Resume
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +175,7 @@ class Recorder:
             has_camera=format.size is not None,
         )
         self._lasting: dict[Hashable, TapeEvent] = {}
+        self._marks: deque[_Keep | _Disown] = deque()
         self._flushed_s = self._pruned_s = self._measured_s = float("-inf")
         self._sync_due_s = float("-inf")
         self._logged: Sentence | None = None
@@ -217,6 +225,10 @@ class Recorder:
     def keep(self, since_s: float, by: Keeper) -> None:
         """Mark all parts since then as kept."""
         self._queue.put(_Keep(since_s, by))
+
+    def disown(self, begin_s: float, end_s: float) -> None:
+        """Mark that nothing of this time is to be used."""
+        self._queue.put(_Disown(begin_s, end_s))
 
     @property
     def problem(self) -> Sentence | None:
@@ -268,6 +280,7 @@ class Recorder:
         """Write items until stopped; raises when nothing can be written."""
         try:
             self._shelf.prepare()
+            self._apply_marks()
             self._prune()
             self._check_room()
             self._trouble = None
@@ -286,8 +299,9 @@ class Recorder:
         match item:
             case None:
                 self._is_over = True
-            case _Keep():
-                self._mark_kept(item)
+            case _Keep() | _Disown():
+                self._marks.append(item)
+                self._apply_marks()
             case _Forget():
                 self._lasting.pop(item.lasts_as, None)
             case _Resume():
@@ -392,6 +406,17 @@ class Recorder:
             if part.ended_s >= since_wall_s:
                 self._shelf.keep(part.name, keep.by)
 
+    def _apply_marks(self) -> None:
+        """Apply the marks that wait; what fails waits until recording is tried again."""
+        while self._marks:
+            match self._marks[0]:
+                case _Keep() as keep:
+                    self._mark_kept(keep)
+                case _Disown(begin_s, end_s):
+                    zero_s = self._zero_ns / 1e9
+                    self._shelf.disown(zero_s + begin_s, zero_s + end_s)
+            self._marks.popleft()
+
     def _close(self) -> None:
         segment, self._segment = self._segment, None
         if segment is not None:
@@ -422,9 +447,10 @@ class Recorder:
             match item:
                 case None:
                     self._is_over = True
-                case _Keep():
+                case _Keep() | _Disown():
+                    self._marks.append(item)
                     with suppress(OSError, StateError):
-                        self._mark_kept(item)
+                        self._apply_marks()
                 case _Forget():
                     self._lasting.pop(item.lasts_as, None)
                 case _Event() if item.lasts_as is not None:

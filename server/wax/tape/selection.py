@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wax.errors import ConfigError, StateError
@@ -23,9 +23,6 @@ class Selection:
     parts: list[Shelved]
     begin_s: float = -math.inf
     end_s: float = math.inf
-    later: list[Shelved] = field(default_factory=list)
-    """Parts that began after the first one and are not selected; they may say of a selected turn
-    that its operator does not want it to be used."""
 
 
 def select(
@@ -39,10 +36,9 @@ def select(
     end_s = math.inf if end is None else moment(end, "--to").timestamp()
     if begin_s >= end_s:
         raise ConfigError("--from must be earlier than --to")
-    every = shelf.parts()
     parts = [
         one
-        for one in every
+        for one in shelf.parts()
         if one.ended_s >= begin_s and one.began_s < end_s and (one.kept or not kept)
     ]
     if not parts:
@@ -51,5 +47,4 @@ def select(
         raise StateError(
             f"{shelf.folder}: nothing is {which}{when}; `wax tape list` shows what there is"
         )
-    later = [one for one in every if one.began_s >= parts[0].began_s and one not in parts]
-    return Selection(parts, begin_s, end_s, later)
+    return Selection(parts, begin_s, end_s)

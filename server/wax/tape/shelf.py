@@ -2,18 +2,20 @@
 
 Cameras other than the driving view have media files of their own: ``NAME.camera-1.webm`` etc.
 
-The mark says that the part is kept, and by whom. File names contain the time at which the part
-began, so that they sort by it.
+One mark says that the part is kept, and by whom, another that its operator wants nothing of a time
+to be used. File names contain the time at which the part began, so that they sort by it.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Final, get_args
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from wax import state_dir
 from wax.config.camera import MAX_CAMERAS
@@ -29,7 +31,8 @@ if TYPE_CHECKING:
 FOLDER: Final = "tape"
 EVENTS: Final = ".mcap"
 MEDIA: Final = (".webm", ".mp4")
-_MARK: Final = ".kept"
+_KEPT: Final = ".kept"
+_DISOWNED: Final = ".disowned"
 _CAMERA: Final = ".camera-"
 
 
@@ -44,11 +47,13 @@ CAMERAS: Final = {
     for ending in MEDIA
 }
 """The camera of each ending of a camera's media file."""
-_ENDINGS: Final = (*CAMERAS, *MEDIA, EVENTS, _MARK)
-"""Longer endings precede their own suffixes."""
+_ENDINGS: Final = (_DISOWNED, *CAMERAS, *MEDIA, EVENTS, _KEPT)
+"""Longer endings precede their own suffixes. They are deleted from the last to the first."""
 _NAME: Final = re.compile(r"wax-(\d{8}T\d{6})Z(-\d{1,3})?")
 _TIME: Final = "%Y%m%dT%H%M%S"
 _MOST_IN_A_SECOND: Final = 1000
+_OVERLAP_S: Final = 2.0
+"""A name has whole seconds, and a part may end a moment after the next one's first picture."""
 
 
 def unfinished_path(path: Path) -> Path:
@@ -74,6 +79,12 @@ class Shelved:
     events: Path | None
     cameras: dict[int, Path] = field(default_factory=dict)
     """The files of the cameras other than the driving view, which count from 1."""
+    disowned: tuple[tuple[float, float], ...] = ()
+    """Times of which their operators want nothing to be used."""
+
+    def is_disowned(self, at_s: float) -> bool:
+        """Return whether its operator wants nothing of this time to be used."""
+        return any(begin_s <= at_s <= end_s for begin_s, end_s in self.disowned)
 
     def as_part(self, open_name: str | None = None) -> Part:
         """Return the part for retention; `open_name` is the part that is being written."""
@@ -147,13 +158,20 @@ class Shelf:
 
     def keep(self, name: str, by: Keeper) -> None:
         """Mark a part as kept; the host's mark replaces the others'. Raises `OSError`."""
-        mark = self.path(name, _MARK)
-        if self._kept(mark) == "host":
-            return
-        state_dir.make_private(mark)
-        mark.write_text(by, encoding="ascii")
-        state_dir.sync(mark)
-        state_dir.sync(self.folder)
+        mark = self.path(name, _KEPT)
+        if self._kept(mark) != "host":
+            self._mark(mark, by, "w")
+
+    def disown(self, begin_s: float, end_s: float) -> None:
+        """Mark that nothing of this time is to be used, in all parts that may have something of it.
+
+        Raises `OSError` or `StateError`.
+        """
+        parts = self.parts()
+        for part, after in zip_longest(parts, parts[1:]):
+            ended_s = math.inf if after is None else after.began_s + _OVERLAP_S
+            if part.began_s <= end_s and begin_s <= ended_s:
+                self._mark(self.path(part.name, _DISOWNED), f"{begin_s} {end_s}\n", "a")
 
     def delete(self, name: str) -> None:
         """Delete a part with all its files; safe to call twice. Raises `OSError`."""
@@ -172,7 +190,7 @@ class Shelf:
             for ending, path in files.items():
                 status = path.stat()
                 size += status.st_size
-                if ending != _MARK:
+                if ending not in (_KEPT, _DISOWNED):
                     ended_s = max(ended_s, status.st_mtime)
         except (OSError, ValueError):
             return None  # deleted meanwhile, or not our name: it has a month 13
@@ -181,11 +199,19 @@ class Shelf:
             began_s=began,
             ended_s=ended_s,
             size_bytes=size,
-            kept=self._kept(files[_MARK]) if _MARK in files else None,
+            kept=self._kept(files[_KEPT]) if _KEPT in files else None,
             media=next((files[one] for one in MEDIA if one in files), None),
             events=files.get(EVENTS),
             cameras={CAMERAS[one]: files[one] for one in files if one in CAMERAS},
+            disowned=_disowned(files[_DISOWNED]) if _DISOWNED in files else (),
         )
+
+    def _mark(self, mark: Path, text: str, mode: Literal["w", "a"]) -> None:
+        state_dir.make_private(mark)
+        with mark.open(mode, encoding="ascii") as file:
+            file.write(text)
+        state_dir.sync(mark)
+        state_dir.sync(self.folder)
 
     def _kept(self, mark: Path) -> Keeper | None:
         """Return who keeps a part; an unreadable mark counts as the host's."""
@@ -201,3 +227,12 @@ class Shelf:
 
     def _unusable(self, why: str) -> StateError:
         return StateError(f"{self.folder}: {why}; name another folder with [recording] folder")
+
+
+def _disowned(mark: Path) -> tuple[tuple[float, float], ...]:
+    """Return the times in a mark; an unreadable one counts for all times."""
+    try:
+        lines = [line.split() for line in mark.read_text(encoding="ascii").splitlines()]
+        return tuple((float(begin), float(end)) for begin, end in lines)
+    except (OSError, ValueError):
+        return ((-math.inf, math.inf),)
