@@ -11,13 +11,23 @@ import numpy as np
 import pytest
 from av.video.frame import VideoFrame
 from tests.capture.file.http_camera import multipart, serving
+from tests.idle_robot import IdleRobot
 
+from wax.capture import own_size as module
+from wax.capture.letterbox import black
 from wax.capture.own_size import HD, VGA, Size, own_size
+from wax.capture.source import Picture
 from wax.capture.v4l2_modes import Mode
 from wax.config.video import DrivingViewSettings
+from wax.errors import SourceError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
+
+    from wax.capture.source import VideoSource
+    from wax.clock import Clock
+    from wax.config.video import VideoSettings
 
 WEBCAM = [Mode(640, 480, 30), Mode(800, 600, 30), Mode(1280, 720, 30), Mode(1920, 1080, 30)]
 
@@ -107,3 +117,49 @@ def test_a_stream_has_the_size_of_its_own(given: tuple[int, int], size: tuple[in
     asked: list[float] = []
     with serving(multipart(repeat(content, 60), 60.0, asked)) as address:
         assert found(address) == size
+
+
+class RosRobot(IdleRobot):
+    """Its camera fails `failures` times, and then gives pictures of this size."""
+
+    kind = "ros2"
+
+    def __init__(self, size: tuple[int, int], failures: int) -> None:
+        self._size = size
+        self._reads: Iterator[bool] = iter([False] * failures + [True])
+        self.is_closed = False
+
+    def camera(self, _settings: VideoSettings, _clock: Clock) -> VideoSource:
+        return self
+
+    def read(self) -> Picture:
+        if next(self._reads):
+            return Picture(black(*self._size), 1.0)
+        raise SourceError("no picture yet")
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+@pytest.mark.parametrize(
+    ("given", "size"),
+    [((480, 270), (480, 270)), ((1920, 1200), (1152, 720)), ((240, 320), (240, 320))],
+)
+def test_a_topic_has_the_size_of_its_pictures(
+    monkeypatch: pytest.MonkeyPatch, given: tuple[int, int], size: tuple[int, int]
+) -> None:
+    """A ROS 2 robot is asked for one picture, which may take a while to come."""
+    monkeypatch.setattr(module, "_AGAIN_S", 0.0)
+    robot = RosRobot(given, failures=3)
+    assert own_size(DrivingViewSettings(), robot, HD).size == size
+    assert robot.is_closed
+
+
+def test_a_topic_without_pictures_has_a_usual_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The server starts without waiting for a robot that is switched off."""
+    monkeypatch.setattr(module, "_TOPIC_S", 0.0)
+    robot = RosRobot((480, 270), failures=1)
+    told = own_size(DrivingViewSettings(), robot, HD)
+    assert told.size == VGA
+    assert "guess" in told.why
+    assert robot.is_closed

@@ -114,10 +114,11 @@ def test_hardware_makes_a_slow_processor_fast_enough() -> None:
     ],
 )
 def test_what_is_configured_is_not_tried(tables: dict[str, Any], size: str) -> None:
-    """An explicit size, or that of an explicit ladder, wins; the thesis has VGA."""
+    """An explicit size, or that of an explicit ladder, wins, and sources hear it."""
     slow = Machine(80.0)
     video = slow.prepare(shape=(71, 40), **tables).settings.video
     assert (f"{video.width}x{video.height}", slow.tried) == (size, [])
+    assert not video.has_auto_size
 
 
 def test_rooms_get_a_step_that_is_paid_for_by_the_byte() -> None:

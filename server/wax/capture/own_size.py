@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -12,6 +13,7 @@ from wax.capture.find_sources import camera_device
 from wax.capture.first_found import first_camera
 from wax.capture.letterbox import inner_size
 from wax.capture.v4l2_modes import Mode, list_modes
+from wax.clock import SystemClock
 from wax.driver.interface import HasCamera
 from wax.errors import SourceError
 from wax.folders import expanded
@@ -21,11 +23,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from wax.capture.file.address import Transport
+    from wax.capture.source import VideoSource
     from wax.config.video import VideoSettings
     from wax.driver.interface import Driver
 
 ENOUGH_FPS: Final = 25.0
 """Fewer pictures a second are worse to drive by than smaller ones."""
+_TOPIC_S: Final = 8.0
+"""Until the first picture of a topic: its process starts, and robots find each other in seconds."""
+_AGAIN_S: Final = 0.1
 
 
 class Size(NamedTuple):
@@ -59,14 +65,15 @@ def own_size(
 ) -> OwnSize:
     """Return the best size of this source that fits into `most`; `taken` is as in `make_sources`.
 
-    A file or an address is opened for it, and no camera. An address that does not answer is given
-    up after some seconds (`open_container`).
+    A file, an address or a ROS 2 topic is opened for it, and no camera. What does not answer is
+    given up after some seconds.
     """
     source = video.source
     if source in ("auto", "robot") and isinstance(driver, HasCamera):
-        if driver.kind == "ros2":
-            return OwnSize(VGA, "how large a topic's pictures are shows only later")
-        return OwnSize(most, "the robot's camera has any size")
+        if not has_topic(video, driver):
+            return OwnSize(most, "the robot's camera has any size")
+        make_camera = getattr(driver, "lone_camera", driver.camera)
+        return _of_topic(make_camera(video, SystemClock()), most)
     if source == "auto":
         source = first_camera(taken) or source
     device = camera_device(source)
@@ -79,6 +86,11 @@ def own_size(
     return _of_file(source, most)
 
 
+def has_topic(video: VideoSettings, driver: Driver | None) -> bool:
+    """Whether the pictures are those of a ROS 2 robot."""
+    return video.source in ("auto", "robot") and driver is not None and driver.kind == "ros2"
+
+
 def _of_modes(modes: Sequence[Mode], most: Size, least_fps: float) -> OwnSize:
     if not modes:
         return OwnSize(most, "the camera does not say what it has")
@@ -89,6 +101,26 @@ def _of_modes(modes: Sequence[Mode], most: Size, least_fps: float) -> OwnSize:
         return OwnSize(fitted(*best[:2], most), f"the camera has it at {best.fps:.3g} fps")
     best = max(fit or modes, key=lambda one: (one.fps, -one.width * one.height))
     return OwnSize(fitted(*best[:2], most), "the camera has none that is faster")
+
+
+def _of_topic(source: VideoSource, most: Size) -> OwnSize:
+    end_s = time.monotonic() + _TOPIC_S
+    try:
+        source.open()
+        while True:
+            try:
+                picture = source.read()
+            except SourceError:
+                if time.monotonic() >= end_s:
+                    raise
+                time.sleep(_AGAIN_S)
+            else:
+                size = fitted(picture.width, picture.height, most)
+                return OwnSize(size, "the topic's pictures have this shape")
+    except SourceError:
+        return OwnSize(VGA, "a guess, because no picture came from the topic at the start")
+    finally:
+        source.close()
 
 
 def _of_stream(address: str, transport: Transport, most: Size) -> OwnSize:

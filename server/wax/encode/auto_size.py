@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import structlog
 
 from wax.capture.file.address import is_network
-from wax.capture.own_size import HD, VGA, OwnSize, Size, fitted, own_size
+from wax.capture.own_size import HD, VGA, OwnSize, Size, fitted, has_topic, own_size
 from wax.config.camera import CameraSettings
 from wax.config.ladder import BESIDE, DRIVING
 from wax.config.video import VideoSettings, ladder_settings, upright_size
@@ -79,7 +79,11 @@ def prepare(
 ) -> Prepared:
     """Decide all sizes, and choose the encoders. Sizes that are configured stay as they are."""
     if settings.sync.policy == "thesis":
-        return Prepared(settings, [], [f"{_size(settings.video)}: the thesis's policy has its own"])
+        size = Size(settings.video.width, settings.video.height)
+        own = OwnSize(size, "the thesis's policy has its own")
+        video, _ = _sized(settings.video, lambda: own)
+        settings = settings.model_copy(update={"video": video})
+        return Prepared(settings, [], [f"{own.size}: {own.why}"])
     video, cameras = settings.video, settings.camera
     taken = [one.source for one in cameras]
     with ThreadPoolExecutor() as pool:  # an address that does not answer takes seconds
@@ -113,9 +117,10 @@ def prepare(
         f"the processor encodes {top.size} in {took_ms:.1f} ms, and {may_ms:.0f} ms is the most"
     )
     if took_ms > may_ms:
-        # A stream is asked once: many cameras serve one client, or lock out who comes often.
+        # Asked once: many cameras serve one client, and a topic's first picture takes seconds.
         view = best.settings.video
-        known = Size(view.width, view.height) if is_network(video.source) else None
+        is_asked = is_network(video.source) or has_topic(video, driver)
+        known = Size(view.width, view.height) if is_asked else None
         why = f"this machine is too slow for more: {measured}"
         return prepared(VGA, why, is_slow=True, known=known)
     return replace(best, chosen=[f"{best.chosen[0]}; {measured}", *told])

@@ -50,6 +50,7 @@ class SensingDriver(ProcessDriver):
         # `isinstance` with `HasCamera` and the like treats a method set to None as missing.
         has = known.senses
         self.camera = media.camera if "camera" in has else None
+        self.lone_camera = media.lone_camera
         self.external_view = media.external_view if "external_view" in has else None
         self.microphone = media.microphone if "microphone" in has else None
         self.speaker = media.speaker if "speaker" in has else None

@@ -18,18 +18,19 @@ from tests.robot.ros2.bridge import Bridge
 from tests.robot.ros2.robots import ros2_settings
 from tests.turned_clock import TurnedClock
 
+from wax.capture.own_size import HD, own_size
 from wax.capture.stream_dating import LIVE_WITHIN_S
 from wax.clock import SystemClock
-from wax.config.video import VideoSettings
+from wax.config.video import DrivingViewSettings, VideoSettings
 from wax.driver.interface import HasCamera
 from wax.errors import SourceError
-from wax.robot.find_driver import make_driver
+from wax.robot.find_driver import make_driver, make_robot
 from wax.robot.ros2.camera import Ros2Camera
 from wax.robot.ros2.images import to_bgr
 from wax.robot.ros2.settings import Ros2Settings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from wax.capture.source import VideoSource
 
@@ -229,8 +230,9 @@ def camera(settings: Any) -> VideoSource:
     return robot.camera(VideoSettings(width=64, height=48), SystemClock())
 
 
-def assert_shows(source: VideoSource, tell: Callable[[], None]) -> None:
-    """Read pictures for a while; check that the left half is blue, the right one green."""
+@contextlib.contextmanager
+def published(tell: Callable[[], None]) -> Iterator[None]:
+    """Publish 20 pictures a second."""
     done = threading.Event()
 
     def publish() -> None:
@@ -240,13 +242,21 @@ def assert_shows(source: VideoSource, tell: Callable[[], None]) -> None:
     thread = threading.Thread(target=publish)
     thread.start()
     try:
-        source.open()
-        for _ in range(5):
-            picture = source.read()
-        now_s = SystemClock().now_s()
+        yield
     finally:
         done.set()
         thread.join()
+
+
+def assert_shows(source: VideoSource, tell: Callable[[], None]) -> None:
+    """Read pictures for a while; check that the left half is blue, the right one green."""
+    try:
+        with published(tell):
+            source.open()
+            for _ in range(5):
+                picture = source.read()
+            now_s = SystemClock().now_s()
+    finally:
         source.close()
     assert (picture.width, picture.height) == (64, 48)
     assert 0.0 <= now_s - picture.captured_s < 0.5
@@ -295,6 +305,26 @@ def test_pictures_come_by_rosbridge() -> None:
         assert_shows(camera(settings), lambda: bridge.say("/camera/image", message))
     finally:
         bridge.end()
+
+
+@pytest.mark.system
+def test_a_topic_is_asked_for_its_size_before_the_server_starts() -> None:
+    """A process of its own takes one picture in its own shape, and ends."""
+    bridge = Bridge().start()
+    wide = cv2.imencode(".jpg", cv2.resize(BGR, (480, 270)))[1]
+    message = {"format": "jpeg", "data": base64.b64encode(wide.tobytes()).decode()}
+    robot = make_robot(
+        ros2_settings(0, transport="rosbridge", rosbridge_url=bridge.url, camera="/camera/image"),
+        SystemClock(),
+    )
+    try:
+        with published(lambda: bridge.say("/camera/image", message)):
+            found = own_size(DrivingViewSettings(), robot, HD)
+        assert found.size == (480, 270)
+        assert "media_pid" not in robot.state().extra
+    finally:
+        bridge.end()
+        robot.close()
 
 
 @pytest.mark.system

@@ -80,6 +80,11 @@ class MediaProcess(KeptProcess):
         """Make a source, as `HasCamera.camera` does."""
         return RemoteCamera(self._link("camera", _NO_PICTURE, settings), self._start)
 
+    def lone_camera(self, settings: VideoSettings, _clock: Clock) -> RemoteCamera:
+        """Make the same source in another process, which its `close` ends."""
+        lone = MediaProcess(self._settings, self._log)
+        return RemoteCamera(lone._link("camera", _NO_PICTURE, settings), lone._start, lone.close)
+
     def external_view(self, settings: VideoSettings, _clock: Clock) -> RemoteCamera:
         """Make a source, as `HasExternalView.external_view` does."""
         return RemoteCamera(self._link("external_view", _NO_PICTURE, settings), self._start)
@@ -107,7 +112,7 @@ class MediaProcess(KeptProcess):
     def _link(
         self, sense: Sense, silent: Sentence, video: VideoSettings | None = None
     ) -> MediaProcessLink:
-        dumped = None if video is None else video.model_dump(mode="json")
+        dumped = None if video is None else video.model_dump(mode="json", exclude_unset=True)
         wanted = _Wanted(sense, MediaProcessLink(silent), dumped)
         self._wanted.append(wanted)
         return wanted.link

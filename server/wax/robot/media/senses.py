@@ -25,13 +25,19 @@ _CLOSE_S: Final = 0.2
 
 
 class RemoteCamera:
-    """A `VideoSource`; `start` starts the process if it is not running yet."""
+    """A `VideoSource`; `start` starts the process if it is not running yet, `end` ends it."""
 
     rest_s: Final = REST_S
 
-    def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        link: MediaProcessLink,
+        start: Callable[[], None],
+        end: Callable[[], None] | None = None,
+    ) -> None:
         self._link = link
         self._start = start
+        self._end = end
 
     def open(self) -> None:
         self._start()
@@ -47,7 +53,9 @@ class RemoteCamera:
         return memory.read(answer.width, answer.height, answer.captured_s, answer.within_s)
 
     def close(self) -> None:
-        """Do nothing: the process keeps the camera open and reopens it when it fails."""
+        """End the process with `end`; else it keeps the camera open, and reopens it if it fails."""
+        if self._end is not None:
+            self._end()
 
 
 class RemoteMicrophone:

@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.letterbox import fit_bgr
+from wax.capture.own_size import HD, fitted
 from wax.capture.source import REST_S, Picture
 from wax.capture.stream_dating import Dating, Repeats
 from wax.errors import DriverError, SourceError
@@ -35,6 +36,8 @@ _KIND: Final = "camera"
 
 class Ros2Camera:
     """A `VideoSource` of the configured topic, with a connection of its own.
+
+    Pictures have the size of `settings`, or keep their own, up to HD, if that leaves it to them.
 
     With `stamped`, which says that both clocks agree, `captured_s` is the picture's own timestamp;
     an impossible one counts as unknown. Otherwise it is estimated from the arrival time and the
@@ -88,13 +91,16 @@ class Ros2Camera:
             raise SourceError(
                 Sentence("ros2.strange_picture", {"topic": self._ros2.camera, "what": str(error)})
             ) from error
-        fitted = fit_bgr(bgr, self._settings.width, self._settings.height)
+        size = self._settings.width, self._settings.height
+        if self._settings.has_auto_size:
+            size = fitted(bgr.shape[1], bgr.shape[0], HD)
+        shown = fit_bgr(bgr, *size)
         captured_s, within_s = self._captured_s(message, arrived_s)
         # A simulated camera has no noise: only the timestamp tells new from repeated pictures.
-        repeats = self._repeats.of(fitted.tobytes() + repr(_stamp_s(message)).encode(), arrived_s)
+        repeats = self._repeats.of(shown.tobytes() + repr(_stamp_s(message)).encode(), arrived_s)
         if repeats == "again":
             return None
-        return Picture.from_bgr(fitted, captured_s, None if repeats == "old" else within_s)
+        return Picture.from_bgr(shown, captured_s, None if repeats == "old" else within_s)
 
     def close(self) -> None:
         link, self._link, self._first = self._link, None, None
