@@ -7,7 +7,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.congestion.late_encoding import LateEncoding
+from wax.congestion.late_encoding import BESIDE, LateEncoding
 
 SIZES = ["1280x720", "640x360", "320x180"]
 BUSY = [1.5, 0.6, 0.2]
@@ -97,6 +97,32 @@ def test_a_size_that_a_tape_needs_is_not_tried_while_it_is_slow() -> None:
         assert machine.now_s < 104 or machine.late.left == ["1280x720"]
     machine.second(IDLE, tape=True)
     assert machine.late.left == []
+
+
+def test_cameras_beside_the_view_leave_their_largest_size_first() -> None:
+    """Whichever of them is late, the driving view leaves one only if that did not help."""
+    for beside, view in ((0.2, 1.5), (1.5, 0.2)):
+        late, now_s = LateEncoding(SIZES, has_cameras=True), 100.0
+        for _ in range(4):
+            late.update({BESIDE: beside, "1280x720": view}, now_s := now_s + 1.0)
+        assert (late.left, late.bounded("1280x720")) == ([BESIDE], "1280x720")
+        assert late.leaves_beside
+        for _ in range(4):
+            late.update({"1280x720": 0.95}, now_s := now_s + 1.0)
+        assert (late.left, late.bounded("1280x720")) == ([BESIDE, "1280x720"], "640x360")
+
+
+def test_cameras_beside_the_view_are_large_again_last() -> None:
+    """A camera that nobody watches is left with the view, and comes back after it."""
+    late, now_s, found = LateEncoding(SIZES, has_cameras=True), 100.0, []
+    for _ in range(4):
+        late.update({"1280x720": 1.5}, now_s := now_s + 1.0)
+    for _ in range(70):
+        late.update({"640x360": 0.2}, now_s := now_s + 1.0)
+        if late.left not in found:
+            found.append(late.left)
+    assert found == [[BESIDE, "1280x720"], [BESIDE], []]
+    assert not late.leaves_beside
 
 
 @given(st.lists(st.tuples(loads_of_a_second, st.integers(1, 40)), max_size=30))

@@ -11,6 +11,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.capture.testcard import TestCardVideo
 from wax.config.camera import CameraSettings
+from wax.encode.rendition import Rendition
 from wax.fanout.camera import Camera
 from wax.protocol import messages
 
@@ -58,6 +59,29 @@ async def test_one_is_large_and_the_rest_small_and_the_page_is_told() -> None:
     await rig.run(1.0)
     rig.streams.release()
     assert _wanted(rig) == [[], []]
+
+
+async def test_a_machine_that_falls_behind_sends_other_cameras_smaller_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The driving view stays as it is, the host is told, and the camera grows again."""
+    rig = _rig()
+    rig.begin()
+    rig.streams.select_cameras(large=1, small=True)
+    await rig.run(3.0)
+    monkeypatch.setattr(Rendition, "load", property(lambda one: 1.1 * one.wanted))
+    for _ in range(4):
+        rig.service.relieve(0, 0.0)
+        await rig.run(1.0)
+    monkeypatch.setattr(Rendition, "load", property(lambda one: 0.1 * one.wanted))
+    assert _wanted(rig) == [[SMALL], [MIDDLE]]
+    assert rig.streams.status().entry["rendition"] == TOP
+    assert [one.code for one in rig.service.limits.problems()] == ["busy.cameras"]
+    rig.clock.time_s += 30.0
+    rig.service.relieve(0, 0.0)
+    await rig.run(6.0)
+    assert _wanted(rig) == [[SMALL], [LARGE]]
+    assert rig.service.limits.problems() == []
 
 
 async def test_who_wants_no_picture_is_sent_none() -> None:

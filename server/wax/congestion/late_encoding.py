@@ -2,7 +2,7 @@
 
 Another program or heat may slow a machine down that passed its trial at the start. A picture that
 takes longer to encode than its frame interval delays and drops the next ones; a smaller one is
-fluent.
+fluent. Cameras beside the driving view leave their largest sizes first, whichever is late.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from wax.congestion.upgrade_backoff import Since
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+BESIDE: Final = "beside"
+"""The largest sizes of all cameras beside the driving view, which are left together."""
 _LATE_SHARE: Final = 0.9
 """Encoding falls behind if it takes more than this part of the frame interval."""
 _LATE_S: Final = 3.0
@@ -31,9 +33,10 @@ _TRIAL_S: Final = 60.0
 class LateEncoding:
     """Call `update` about once a second; `now_s` never falls."""
 
-    def __init__(self, sizes: Iterable[str]) -> None:
-        """Raise ValueError for an invalid size."""
-        self._sizes = sorted(set(sizes), key=area, reverse=True)
+    def __init__(self, sizes: Iterable[str], *, has_cameras: bool = False) -> None:
+        """Take the driving view's sizes; raise ValueError for an invalid one."""
+        own = sorted(set(sizes), key=area, reverse=True)
+        self._sizes = [BESIDE, *own] if has_cameras else own
         self._left = 0
         self._late = Since()
         self._pause_s = _PAUSE_S
@@ -41,8 +44,13 @@ class LateEncoding:
 
     @property
     def left(self) -> list[str]:
-        """The sizes that nobody is sent, the largest first; never all."""
+        """The sizes that nobody is sent, `BESIDE` and then the largest first; never all."""
         return self._sizes[: self._left]
+
+    @property
+    def leaves_beside(self) -> bool:
+        """Whether the other cameras' largest sizes are left."""
+        return BESIDE in self.left
 
     def bounded(self, size: str) -> str:
         """Return this size, or the largest that is sent if this one is larger."""
@@ -51,10 +59,11 @@ class LateEncoding:
 
     def update(self, loads: Mapping[str, float], now_s: float) -> None:
         """Take how much of its frame interval each size's encoder needs; 0 while it rests."""
-        used = (at for at in range(self._left, len(self._sizes)) if self._load(loads, at) > 0)
-        top = next(used, self._left)
-        is_late = self._load(loads, top) > _LATE_SHARE and top < len(self._sizes) - 1
-        if self._late.lasts(is_late, _LATE_S, now_s):
+        used = [at for at in range(self._left, len(self._sizes)) if self._load(loads, at) > 0]
+        top = used[0] if used else self._left
+        judged = used[:2] if self._sizes[top] == BESIDE else used[:1]
+        is_late = any(self._load(loads, at) > _LATE_SHARE for at in judged)
+        if self._late.lasts(is_late and top < len(self._sizes) - 1, _LATE_S, now_s):
             self._back_off(now_s)
             self._left = self._next_in_time(self._load(loads, top), top)
             self._changed_s, self._late = now_s, Since()
@@ -70,6 +79,8 @@ class LateEncoding:
     def _next_in_time(self, load: float, top: int) -> int:
         """Return the largest smaller size that should be in time; the work grows with the area."""
         at = top + 1
+        if self._sizes[top] == BESIDE:
+            return at
         share = load / area(self._sizes[top])
         while at < len(self._sizes) - 1 and share * area(self._sizes[at]) > _LATE_SHARE:
             at += 1

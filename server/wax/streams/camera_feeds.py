@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from wax.congestion.allocation import Allocation, Step
     from wax.congestion.control import LinkEstimate
+    from wax.congestion.late_encoding import LateEncoding
     from wax.error_boundary import ErrorBoundary
     from wax.fanout.camera import Camera
     from wax.fanout.video_hub import VideoHub
@@ -26,8 +27,9 @@ _ASK_AGAIN_S: Final = 1.0
 class CameraFeeds:
     """Lives as long as the viewer; `make_lanes` is called for each new peer."""
 
-    def __init__(self, cameras: Sequence[Camera]) -> None:
+    def __init__(self, cameras: Sequence[Camera], late_encoding: LateEncoding) -> None:
         self._cameras = cameras
+        self._late_encoding = late_encoding
         self._ladders = [
             [step_of(one, one_camera.settings.codec) for one in one_camera.settings.renditions]
             for one_camera in cameras
@@ -91,9 +93,15 @@ class CameraFeeds:
     def _wishes(self) -> list[Sequence[Step]]:
         """Return the wanted steps: all for the large camera, only the last for small ones."""
         return [
-            ladder if at == self._large else ladder[-1:] if self._is_on else []
+            self._in_time(ladder) if at == self._large else ladder[-1:] if self._is_on else []
             for at, ladder in enumerate(self._ladders)
         ]
+
+    def _in_time(self, ladder: Sequence[Step]) -> Sequence[Step]:
+        """Return the ladder without its largest size while that is left."""
+        if not self._late_encoding.leaves_beside:
+            return ladder
+        return [one for one in ladder if one.size != ladder[0].size] or ladder[-1:]
 
     def _serve(
         self, at: int, hub: VideoHub, lane: VideoLane, step: Step | None, now_s: float

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
+from wax.congestion.late_encoding import BESIDE
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Lanes:
 class SendingLimits:
     """What viewers are not sent, because this machine is too busy for it.
 
-    `left` are sizes of the picture, the largest first, and `largest` is the largest that is sent;
+    `left` are sizes as `LateEncoding` has them, and `largest` is the largest that is sent;
     `observers_bps` is for all observers together, None without a limit.
     """
 
@@ -95,8 +96,11 @@ class SendingLimits:
     def problems(self) -> list[Sentence]:
         """Return what the host should know."""
         found = []
-        if self.left:
-            found.append(Sentence("busy.encoding", {"size": self.left[0], "largest": self.largest}))
+        sizes = [one for one in self.left if one != BESIDE]
+        if sizes:
+            found.append(Sentence("busy.encoding", {"size": sizes[0], "largest": self.largest}))
+        elif self.left:
+            found.append(Sentence("busy.cameras"))
         if self.observers_bps is not None:
             found.append(Sentence("busy.loop"))
         return found

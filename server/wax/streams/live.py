@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.congestion.allocator import Allocator
-from wax.congestion.late_encoding import LateEncoding
+from wax.congestion.late_encoding import BESIDE, LateEncoding
 from wax.congestion.late_loop import LateLoop
 from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.sound_choice import FIT_SHARE
@@ -86,7 +86,7 @@ class LiveStreams:
         self._budget = budget
         self._late_encoding = late_encoding
         self._page = page
-        self._cameras = CameraFeeds(cameras)
+        self._cameras = CameraFeeds(cameras, late_encoding)
         self._role_sync = sync
         self._wanted_policy: Policy | None = None
         self._size: str | None = video.sizes[0]
@@ -363,14 +363,17 @@ class LiveService:
         self._ladder = RenditionLadder(video_settings, audio_settings)
         self._budget = UploadBudget(upload_bps)
         self._late_loop = LateLoop()
-        self._late_encoding = LateEncoding(video.sizes)
+        self._late_encoding = LateEncoding(
+            video.sizes, has_cameras=any(len(one.hub.sizes) > 1 for one in cameras)
+        )
 
     def relieve(self, ticks: int, late_s: float) -> None:
         before = self.limits
         wants_bps = self._budget.observers_want_bps
         self._late_loop.update(ticks, late_s, wanted_bps=sum(wants_bps), observers=len(wants_bps))
         self._budget.limit_observers(self._late_loop.most_bps)
-        loads = self._video.loads
+        beside = [one.hub.loads[one.hub.sizes[0]] for one in self._cameras]
+        loads = self._video.loads | {BESIDE: max(beside, default=0.0)}
         self._late_encoding.update(loads, self._clock.now_s())
         _log_changes(before, self.limits, loads)
 
