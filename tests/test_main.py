@@ -86,6 +86,19 @@ def test_all_problems_of_a_file_are_told(
     assert "drive.wheels" in shown
 
 
+def test_there_is_no_host_link_where_groups_decide(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`wax host-link` says who decides who is host where links are switched off."""
+    path = tmp_path / "robot.toml"
+    path.write_text(
+        '[server]\ntrusted_proxies = ["127.0.0.1"]\n[access.proxy]\nperson = "Remote-User"\n'
+        'groups = "Remote-Groups"\nhost = ["staff"]\nhost_link = false\n'
+    )
+    assert main(["host-link", "--config", str(path)]) == 1
+    assert "decided by groups" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

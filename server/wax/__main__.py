@@ -20,7 +20,7 @@ from wax import __version__, state_dir
 from wax.access import host_link
 from wax.clock import SystemClock
 from wax.config import settings as config
-from wax.errors import ConfigError, WaxError
+from wax.errors import ConfigError, StateError, WaxError
 from wax.machine import threads
 from wax.records.schema import EXPORTED
 from wax.telemetry import configure_logs, quiet_logs
@@ -226,6 +226,10 @@ def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]
 
 def _host_link(arguments: argparse.Namespace) -> int:
     settings = config.load(arguments.config)
+    if not settings.access.proxy.host_link:
+        raise StateError(
+            "[access.proxy] host_link is off: who is host is decided by groups at the sign-in"
+        )
     print("\n".join(host_link.request_links(state_dir.find(settings.server.state_dir))))
     return 0
 
@@ -441,7 +445,9 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
         if app.tls is not None and app.tls.is_self_signed:
             print("\n  The certificate's SHA-256 fingerprint, which browsers show when they ask:")
             print(f"  {app.tls.fingerprint}")
-        if sys.stdout.isatty():  # a service's output is logged where others may read it
+        if not settings.access.proxy.host_link:
+            print("\n  Who is host is decided by groups: see [access.proxy].")
+        elif sys.stdout.isatty():  # a service's output is logged where others may read it
             print(f"\n  For you, the host; it works once:\n  {app.new_host_link()[0]}")
         elif app.has_host_link:
             print("\n  `wax host-link` prints the link for you, the host.")

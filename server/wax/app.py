@@ -23,6 +23,7 @@ from wax.access.host_link import HostLinkSocket
 from wax.access.secret_file import load_secret
 from wax.cluster.cluster import Cluster
 from wax.config.opening_hours import OpeningHours, zone_of
+from wax.config.proxy import doubts
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.door.tunnel import Tunnel
@@ -113,6 +114,8 @@ class App:
         self._service_manager = ServiceManager(os.environ)
         turnstile = Turnstile(clock)
         self._ice = IceServers(settings.network, settings.relay)
+        for what, advice in doubts(settings.access.proxy, settings.server):
+            _LOG.warning(what, advice=advice)
         self._parts = parts = self._make_parts(turnstile)
         listeners = (parts.viewers, parts.keeper, parts.voices, parts.tape)
         parts.control.listen(*(one for one in listeners if one is not None))
@@ -130,6 +133,7 @@ class App:
             turnstile=turnstile,
             who=routes.who,
             has_people_at=self.has_people_at,
+            asked=parts.access.asked,
         )
         self._metrics = self._make_metrics()
 
@@ -186,7 +190,8 @@ class App:
         # The ports first: if a server is already running, it must keep the robot and the camera.
         await self._entrance.open()
         await self._parts.network.open()
-        await self._host_link.open()
+        if self._settings.access.proxy.host_link:
+            await self._host_link.open()
         if self._metrics is not None:
             await self._metrics.open()
         self._parts.records.start()
@@ -205,6 +210,8 @@ class App:
         self._supervisor.spawn("headroom", self._parts.headroom.run())
         self._supervisor.spawn("late loop", self._relieve_late_loop())
         self._supervisor.spawn("status", self._status.run())
+        if self._settings.access.proxy.token:
+            self._supervisor.spawn("sign-in keys", self._parts.access.run())
         self._supervisor.spawn("public address", self._parts.network.run())
         self._supervisor.spawn("records", self._parts.keeper.run())
         if self._parts.tape is not None:
@@ -369,7 +376,11 @@ class App:
                 }
             ),
             branding=BrandedPage(
-                settings.page, page, settings.server.public_url, settings.video.upright_size
+                settings.page,
+                page,
+                settings.server.public_url,
+                settings.video.upright_size,
+                is_for_known=settings.access.proxy.is_used,
             ),
             guards=Guards(
                 settings.server,

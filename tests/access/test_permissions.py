@@ -47,6 +47,7 @@ CELLS: dict[permissions.Act, str] = {
     "GET /healthz": ANYBODY,
     "GET /readyz": ANYBODY,
     "GET /api/ice": ANYBODY,
+    "GET /api/present": ANYBODY,
     "POST /api/host": ANYBODY,
     "POST /api/enter": ANYBODY,
     "POST /api/offer": ANYBODY,

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import structlog
 
 from wax.access.admission import Admission, Visitor
 from wax.access.host_secrets import HostSecrets
 from wax.access.keyring import Keyring
+from wax.access.published_keys import PublishedKeys
+from wax.access.signed_tokens import claims
+from wax.access.vouching import Vouching
 from wax.config.opening_hours import OpeningHours, zone_of
 from wax.errors import ForbiddenError
 from wax.records.entries import Invited
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from wax.access.admission import Grant
     from wax.access.host_decisions import HostDecisions
     from wax.access.keyring import Invitation
@@ -31,10 +36,14 @@ _LOG = structlog.get_logger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """The cookies that a request carries; None for each that is missing."""
+    """The cookies that a request carries; None for each that is missing.
+
+    `said` has the headers of `Access.asked`, by lower-case names, if a trusted proxy sent them.
+    """
 
     identity: str | None = None
     host: str | None = None
+    said: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 class Access:
@@ -58,6 +67,9 @@ class Access:
             decisions,
             lasting.bans,
         )
+        self._proxy = settings.proxy
+        self._keys = PublishedKeys(settings.proxy.keys) if settings.proxy.token else None
+        self._vouching = Vouching(settings.proxy, self._claims)
         self._hosts = HostSecrets(lasting.host_cookies, records.keep_host_cookie)
         self.reused_at: str | None = None
         """The newest address that used a replaced host's cookie, which may be a stolen copy."""
@@ -65,6 +77,11 @@ class Access:
         """The invitations used, by identity and then by invitation."""
         for one in lasting.invited:
             self._invited[one.identity][one.invitation] = one
+
+    async def run(self) -> None:
+        """Keep the keys of signed tokens new, until cancelled; there must be some."""
+        assert self._keys is not None
+        await self._keys.run()
 
     # --- who somebody is -------------------------------------------------------------------
 
@@ -76,19 +93,52 @@ class Access:
         """Return a cookie with a new identity (`Keyring.new_identity`)."""
         return self._keyring.new_identity(bound=bound)
 
+    @property
+    def asked(self) -> frozenset[str]:
+        """The headers by which a trusted proxy says who somebody is; empty if none is asked."""
+        return self._vouching.names
+
     def visitor(self, shown: Shown, address: str) -> Visitor:
-        """Return who sent a request; without a valid cookie, their identity is empty."""
+        """Return who sent a request; without a valid cookie, their identity is empty.
+
+        Where a proxy is asked, they are whom it names, and their cookie is only their browser's.
+        """
         identity = self.identity_of(shown) or ""
-        sign_in = self._hosts.sign_in(shown.host, self._now_s())
-        if shown.host is not None and not sign_in:
-            self._watch_for_copies(shown.host, address)
-        return Visitor(identity, address, sign_in, self._invited_to(identity))
+        sign_in = ""
+        if self._proxy.host_link:
+            sign_in = self._hosts.sign_in(shown.host, self._now_s())
+            if shown.host is not None and not sign_in:
+                self._watch_for_copies(shown.host, address)
+        if not self._proxy.is_used:
+            return Visitor(identity, address, sign_in, self._invited_to(identity))
+        vouched = self._vouching.judge(shown.said, self._clock.now_s())
+        person = vouched.identity or (identity if sign_in else "")
+        return Visitor(
+            *(person, address, sign_in, self._invited_to(person)), vouched=vouched, device=identity
+        )
+
+    def _claims(self, token: str) -> Mapping[str, Any]:
+        assert self._keys is not None, "the configuration has keys where it has a token"
+        issuer, audience = self._proxy.issuer, self._proxy.audience
+        return claims(token, self._keys.get, audience=audience, issuer=issuer)
+
+    def on_device(self, visitor: Visitor, device: str) -> Visitor:
+        """Return a visitor whose browser has this identity; raises `NotAdmittedError`."""
+        if not self._proxy.is_used:
+            return replace(visitor, identity=device)
+        self.admission.check_vouched(visitor)
+        return replace(visitor, identity=visitor.identity or device, device=device)
 
     def refreshed(self, visitor: Visitor) -> Visitor:
-        """Return a visitor with current invitations, and as host only if still signed in."""
-        is_host = visitor.is_host and self._hosts.is_signed_in(visitor.sign_in, self._now_s())
-        invited_to = self._invited_to(visitor.identity)
-        return replace(visitor, sign_in=visitor.sign_in if is_host else "", invited_to=invited_to)
+        """Return a visitor with current invitations and rights: what has ended counts no more."""
+        is_signed_in = self._hosts.is_signed_in(visitor.sign_in, self._now_s())
+        vouched = None if visitor.vouched is None else visitor.vouched.at(self._clock.now_s())
+        return replace(
+            visitor,
+            sign_in=visitor.sign_in if is_signed_in else "",
+            invited_to=self._invited_to(visitor.identity),
+            vouched=vouched,
+        )
 
     def _watch_for_copies(self, cookie: str, address: str) -> None:
         if self._hosts.was_replaced(cookie, self._now_s()):
@@ -103,11 +153,16 @@ class Access:
     # --- the host ----------------------------------------------------------------------------
 
     def new_host_link(self) -> str:
-        """Return the secret of a link that makes the first person who opens it host."""
+        """Return the secret of a link that makes the first person who opens it host.
+
+        None opens where `[access.proxy] host_link` is off.
+        """
         return self._hosts.new_link(self._now_s())
 
     def become_host(self, secret: str) -> str:
         """Return the host's cookie for a link's secret; raises `ForbiddenError`."""
+        if not self._proxy.host_link:
+            raise ForbiddenError(Sentence("link.off"))
         cookie = self._hosts.exchange(secret, self._now_s())
         if cookie is None:
             raise ForbiddenError(Sentence("link.used"))

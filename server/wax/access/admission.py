@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from ipaddress import ip_network
 from typing import TYPE_CHECKING, Final
 
+from wax.access.vouching import NOT_SIGNED_IN
 from wax.errors import FullError, NotAdmittedError
 from wax.protocol.messages import Opening
 from wax.records.entries import Ban
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from wax.access.host_decisions import HostDecisions
+    from wax.access.vouching import Right, Vouched
     from wax.config.access import AccessSettings
     from wax.config.opening_hours import OpeningHours
     from wax.protocol.http_bodies import Purpose
@@ -32,9 +34,10 @@ TOO_MANY_TABS: Final = Sentence("door.too_many_tabs")
 class Visitor:
     """Somebody who asks for admission: a browser's identity, address and credentials.
 
-    `address` is what limits count: an IPv4 address or an IPv6 /64 prefix. `sign_in` is the host's,
-    empty for guests. An embed is a page in another site's frame; it has an identity of its own
-    without a cookie.
+    `address` is what limits count: an IPv4 address or an IPv6 /64 prefix. `sign_in` is the host's
+    by a link, empty for others. An embed is a page in another site's frame; it has an identity of
+    its own without a cookie. `vouched` is what a trusted proxy says, None where none is asked;
+    `device` is then the browser's own identity, empty if it keeps no cookies.
     """
 
     identity: str
@@ -42,10 +45,31 @@ class Visitor:
     sign_in: str = ""
     invited_to: Purpose | None = None
     is_embed: bool = False
+    vouched: Vouched | None = None
+    device: str = ""
 
     @property
     def is_host(self) -> bool:
-        return bool(self.sign_in)
+        return bool(self.sign_in) or self.right == "host"
+
+    @property
+    def is_known(self) -> bool:
+        """Whether a trusted proxy says who this is, and nothing refuses them."""
+        return self.vouched is not None and self.vouched.refusal is None
+
+    @property
+    def is_invited(self) -> bool:
+        """Whether they come in by more than what is open to strangers."""
+        return self.invited_to is not None or self.right in ("drive", "watch")
+
+    @property
+    def right(self) -> Right:
+        """What their groups at the proxy allow."""
+        return "stranger" if self.vouched is None else self.vouched.right
+
+    def proves(self, other: Visitor) -> bool:
+        """Whether this one's request shows that the other is still signed in: one browser's is."""
+        return self.identity == other.identity and self.device in ("", other.device)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +102,12 @@ class Admission:
         self._bans = list(bans)
 
     def ban(self, visitor: Visitor, now_s: float) -> Ban:
-        """Ban a browser and its address for a day.
+        """Ban a browser and its address, or a person whom a proxy knows, for a day.
 
         This machine's own address is exempt: everybody behind an untrusted proxy has it.
         """
-        address = "" if _is_loopback(visitor.address) else visitor.address
+        is_shared = visitor.is_known or _is_loopback(visitor.address)
+        address = "" if is_shared else visitor.address
         ban = Ban(visitor.identity, address, now_s + BAN_S)
         self._bans.append(ban)
         return ban
@@ -112,11 +137,14 @@ class Admission:
         """Return a visitor's rights; raises `NotAdmittedError` with a sentence for them."""
         if visitor.is_host:
             return _EVERYTHING
+        self.check_vouched(visitor)
         self._bans = [one for one in self._bans if now_s < one.until_s]
         if any(_is_meant(one, visitor) for one in self._bans):
             raise NotAdmittedError(BANNED)
         if not self.is_open(now_s):
             raise NotAdmittedError(CLOSED, self._openings(now_s))
+        if visitor.right != "stranger":
+            return Grant(hear=True, queue=visitor.right == "drive")
         settings = self._settings
         if visitor.invited_to is not None:
             return Grant(hear=True, queue=visitor.invited_to == "queue" or settings.strangers_queue)
@@ -126,9 +154,16 @@ class Admission:
             raise NotAdmittedError(BY_INVITATION)
         return Grant(hear=settings.strangers_hear, queue=settings.strangers_queue)
 
+    def check_vouched(self, visitor: Visitor) -> None:
+        """Raise `NotAdmittedError` if a proxy should say who this guest is, and does not."""
+        if self._settings.proxy.is_used and not (visitor.is_host or visitor.is_known):
+            refusal = None if visitor.vouched is None else visitor.vouched.refusal
+            raise NotAdmittedError(refusal or NOT_SIGNED_IN)
+
     def check_tabs(self, visitor: Visitor, inside: Sequence[Visitor]) -> None:
         """Raise `FullError` if this browser has its maximum of open pages."""
-        count = sum(one.identity == visitor.identity for one in inside)
+        own = visitor.identity, visitor.device
+        count = sum((one.identity, one.device) == own for one in inside)
         if not visitor.is_host and count >= self._settings.max_tabs:
             raise FullError(TOO_MANY_TABS)
 

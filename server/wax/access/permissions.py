@@ -86,6 +86,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     "POST /api/queue": _ANYBODY,
     "POST /api/seat": _ANYBODY,
     "GET /api/ice": _ANYBODY,
+    "GET /api/present": _ANYBODY,
     "POST /api/stop": _INSIDE,
     "POST /api/release": _IN_CHARGE,
     DIAGNOSIS: _HOST,

@@ -9,6 +9,7 @@ from pydantic import Field, field_validator
 
 from wax.config import opening_hours
 from wax.config.allowed import said
+from wax.config.proxy import ProxySettings
 from wax.config.table import ConfigTable
 
 
@@ -41,6 +42,7 @@ class AccessSettings(ConfigTable):
     """
     time_zone: str = "UTC"
     """The time zone of these hours, as "Europe/Berlin"."""
+    proxy: ProxySettings = ProxySettings()
 
     @field_validator("time_zone")
     @classmethod

@@ -28,6 +28,7 @@ from wax.config.metrics import MetricSettings
 from wax.config.mqtt import MqttSettings
 from wax.config.network import NetworkSettings
 from wax.config.page import PageSettings
+from wax.config.proxy import check_believed
 from wax.config.publish import PublishSettings
 from wax.config.recording import RecordingSettings
 from wax.config.records import RecordSettings
@@ -115,6 +116,11 @@ class Settings(ConfigTable):
     @model_validator(mode="after")
     def _door_leads_here(self) -> Self:
         check_server(self.door, self.server)
+        return self
+
+    @model_validator(mode="after")
+    def _believes_only_the_proxy(self) -> Self:
+        check_believed(self.access.proxy, self.server, self.door.host)
         return self
 
     @model_validator(mode="after")

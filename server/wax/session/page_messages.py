@@ -162,7 +162,7 @@ class PageMessages:
         return messages.ConsoleViewer(
             id=viewer.number,
             address=shortened(viewer.visitor.address),
-            invited=viewer.visitor.invited_to is not None,
+            invited=viewer.visitor.is_invited,
             muted=viewer.visitor.identity in self._decisions.muted,
             round_trip_ms=None if one_way_s is None else round(one_way_s * 2000),
             picture_ms=None if picture is None else picture.age_ms,

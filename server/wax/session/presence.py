@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -18,6 +19,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from wax.access.admission import Visitor
     from wax.session.parts import Parts
     from wax.session.rooms import Rooms
     from wax.session.viewer import Viewer
@@ -55,6 +57,7 @@ class Presence:
         self._control = parts.control
         self._grace_s = parts.settings.turns.grace_s
         self._rooms = rooms
+        self._one_place = parts.settings.access.proxy.one_place
         self._joins = TokenBuckets(rate_hz=_JOINS_HZ, burst=_JOINS_BURST, most=_MOST_JOINING)
         self._gone_since_s: dict[int, float] = {}
 
@@ -77,7 +80,7 @@ class Presence:
 
     def connect(self, viewer: Viewer, *, is_here: bool = True) -> None:
         """Register a viewer who has connected, or who waits in a room (`is_here` false)."""
-        self._control.connect(viewer.number, _person(viewer), is_here=is_here)
+        self._control.connect(viewer.number, self._person(viewer), is_here=is_here)
 
     def join(self, viewer: Viewer) -> None:
         """Put a viewer into the queue; raises `ForbiddenError` with the reason if it cannot."""
@@ -131,6 +134,14 @@ class Presence:
             await asyncio.sleep(_GOODBYE_S)
         await asyncio.gather(*(viewer.close() for viewer in self._viewers))
 
+    def renew(self, viewer: Viewer, visitor: Visitor) -> None:
+        """Note what a proxy says now of a viewer; the next check acts on it."""
+        was_host = viewer.visitor.is_host
+        viewer.visitor = replace(viewer.visitor, vouched=visitor.vouched)
+        if viewer.visitor.is_host != was_host and viewer.peer is not None:
+            with viewer.boundary:
+                viewer.peer.abandon()  # the page connects again, and learns what it may do
+
     # --- whether everybody may stay ----------------------------------------------------------
 
     def check_all(self) -> None:
@@ -145,7 +156,7 @@ class Presence:
         if self._viewers.numbered(viewer.number) is None:
             return  # gone since this was scheduled
         visitor = self._access.refreshed(viewer.visitor)
-        if viewer.visitor.is_host and not visitor.is_host:
+        if viewer.visitor.sign_in and not visitor.is_host:
             viewer.visitor = visitor
             self.send_away(viewer, _SIGNED_OUT)
             return
@@ -155,7 +166,7 @@ class Presence:
             self.send_away(viewer, error.sentence, error.openings)
         else:
             viewer.update_access(visitor, grant)
-            self._control.update_person(viewer.number, _person(viewer))
+            self._control.update_person(viewer.number, self._person(viewer))
 
     # --- silence -----------------------------------------------------------------------------
 
@@ -187,8 +198,8 @@ class Presence:
     def _lost_after_s(self, viewer: Viewer) -> float:
         return LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
 
-
-def _person(viewer: Viewer) -> Person:
-    visitor = viewer.visitor
-    may_queue = viewer.grant.queue and not visitor.is_embed
-    return Person(visitor.identity, visitor.address, visitor.invited_to is not None, may_queue)
+    def _person(self, viewer: Viewer) -> Person:
+        visitor = viewer.visitor
+        key = visitor.identity if self._one_place else f"{visitor.identity} {visitor.device}"
+        may_queue = viewer.grant.queue and not visitor.is_embed
+        return Person(key, visitor.address, visitor.is_invited, may_queue)

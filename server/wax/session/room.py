@@ -160,6 +160,8 @@ class Room:
         others = (
             one.name for one in self._viewers if one.visitor.identity != viewer.visitor.identity
         )
+        if viewer.visitor.vouched is not None and viewer.visitor.vouched.name:
+            return  # they are called what the proxy calls them
         robot = self._settings.page.name
         why = None if not name or viewer.visitor.is_host else names.refusal(name, others, robot)
         if why is None:
@@ -241,6 +243,13 @@ class Room:
         viewer = self._viewers.of_secret(tab)
         found = self.rooms.of_tab(tab) if viewer is None else viewer.visitor
         return visitor if found is None or found.is_host else found
+
+    def renew(self, visitor: Visitor) -> None:
+        """Note that a proxy has said anew who somebody is, which proves that they are signed in."""
+        for viewer in self._viewers.of_identity(visitor.identity):
+            if visitor.proves(viewer.visitor):
+                self._presence.renew(viewer, visitor)
+        self.rooms.renew(visitor)
 
     def has_people_at(self, address: str) -> bool:
         """Whether somebody at this address watches, here or in a LiveKit room."""
@@ -330,6 +339,8 @@ class Room:
         if now_s - self._checked_s >= _CHECK_S:
             self._checked_s = now_s
             self._presence.check_all()
+            if self._settings.access.proxy.is_used and not self.rooms.is_checking:
+                self._presence.check_rooms()
             self._send_console()
             yield
         # First, or a Stop would shift the page's layout, and its paused clock a second time.

@@ -7,7 +7,7 @@ within minutes even if nobody tells the cluster.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from wax.cluster.room_directory import person
@@ -94,6 +94,13 @@ class Seats:
         self._tabs[visitor.identity] += 1
         self._newest[tab] = seated.person
         self._addresses[visitor.address].add(seated.person)
+
+    def renew(self, visitor: Visitor) -> None:
+        """Note what a proxy says now of everybody in this browser."""
+        for one in self.of_identity(visitor.identity):
+            if visitor.proves(one.visitor):
+                seen = replace(one.visitor, vouched=visitor.vouched)
+                self._seats[one.person] = replace(one, visitor=seen)
 
     def remove(self, name: str) -> Seated | None:
         """Remove this person's seat and return it; None if they have none."""

@@ -89,6 +89,10 @@ class Rooms:
             hello=self._page_messages.hello(0, visitor, grant),
         )
 
+    def renew(self, visitor: Visitor) -> None:
+        """Note what a proxy says now of everybody who watches in this browser."""
+        self._seats.renew(visitor)
+
     def leave(self, visitor: Visitor, tab: str) -> None:
         """Take back the seat of a page that is closed, if it has one."""
         self._seats.remove(person(visitor.identity, tab))
@@ -112,6 +116,11 @@ class Rooms:
     def check_all(self) -> None:
         """Schedule a check of whether everybody may still watch."""
         self._unchecked = self._seats.people()
+
+    @property
+    def is_checking(self) -> bool:
+        """Whether such a check is still under way."""
+        return bool(self._unchecked)
 
     def _check_sent_away(self, name: str, now_s: float) -> None:
         self._sent_away = {one: why for one, why in self._sent_away.items() if now_s < why[2]}

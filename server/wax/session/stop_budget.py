@@ -215,7 +215,8 @@ class StopBudget:
         return (
             own < self._settings.max_per_minute
             and (
-                self._addresses.take(visitor.address, now_s)
+                visitor.is_known  # nobody gets many of these, as of browsers
+                or self._addresses.take(visitor.address, now_s)
                 or (own == 0 and self._is_known(visitor, now_s))
             )
             and self._people.take(visitor.identity, now_s)

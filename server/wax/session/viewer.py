@@ -132,7 +132,7 @@ class Viewer:
         self.visitor = visitor
         self.grant = grant
         self.tab = tab
-        self.name = f"Guest {number}"
+        self.name = _shown_name(visitor) or f"Guest {number}"
         self.since_s = clock.now_s()
         self.peer: Peer | None = None
         self.link = LinkMonitor(clock.now_s())
@@ -181,6 +181,7 @@ class Viewer:
     def update_access(self, visitor: Visitor, grant: Grant) -> None:
         """Replace visitor and grant; start or stop the sound if the right to hear has changed."""
         may_hear, self.visitor, self.grant = self.grant.hear, visitor, grant
+        self.name = _shown_name(visitor) or self.name
         if grant.hear != may_hear and self._wanted is not None:
             with self.boundary:
                 self._choose_streams(self._wanted)
@@ -490,6 +491,11 @@ class Viewer:
         if self.peer is not None:
             pts = self.peer.media_time(received.kind, received.rtp)
             self.streams.received(received.kind, pts)
+
+
+def _shown_name(visitor: Visitor) -> str:
+    """Return the name by which a proxy knows somebody, empty if it tells none."""
+    return "" if visitor.vouched is None else clean_name(visitor.vouched.name)
 
 
 def _parsed(channel: Channel, data: str | bytes) -> messages.DriveIn | messages.StateIn:

@@ -53,7 +53,8 @@ class BrandedPage:
     """The built page with the host's `[page]` settings; raises `ConfigError` for a bad picture.
 
     `data` is what the page must know before it connects, as attributes of its root element; `shape`
-    has the proportions of the robot's picture.
+    has the proportions of the robot's picture. A page for people whom a proxy has signed in
+    (`is_for_known`) has a script that shows again and again that they still are.
     """
 
     def __init__(
@@ -62,7 +63,10 @@ class BrandedPage:
         data: Mapping[str, str] | None = None,
         public_url: str = "",
         shape: oembed.Shape = (4, 3),
+        *,
+        is_for_known: bool = False,
     ) -> None:
+        self._is_for_known = is_for_known
         self._settings = settings
         self._shape = shape
         self._public_url = public_url
@@ -115,6 +119,8 @@ class BrandedPage:
         text = _TITLE.sub(lambda _: f"<title>{escape(settings.name)}</title>", text, count=1)
         text = _DESCRIPTION.sub(lambda _: _meta("name", "description", description), text, count=1)
         more = [*self._preview(description, base), *self._link()]
+        if self._is_for_known and not is_embed:
+            more.append('<script src="present.js" defer></script>')
         if self.embed_on:
             more += oembed.head(base, settings.name, self._shape)
         return text.replace("</head>", "".join(f"  {line}\n  " for line in more) + "</head>", 1)

@@ -10,6 +10,7 @@ import asyncio
 import json
 import time
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from aiohttp import web
@@ -179,7 +180,8 @@ class Connection(web.RequestHandler):
             self._refuse(431, Sentence("request.too_large"))
 
     def _queue_request(self, data: bytes) -> None:
-        head = read_head(data)
+        is_trusted = self._limits.proxies.trusts(self._peer)
+        head = read_head(data, self._limits.asked if is_trusted else ())
         if head.has_long_path:
             self._refuse(404, Sentence("request.no_page"))
             return
@@ -206,8 +208,8 @@ class Connection(web.RequestHandler):
             return None, False
         budgets = limits.budgets
         # Cookie names of both schemes: the scheme matters for permissions, not for the order.
-        shown = cookies.shown(head.cookies, "https")
-        may_be_known = bool(head.cookies or head.tab)
+        shown = replace(cookies.shown(head.cookies, "https"), said=head.said)
+        may_be_known = bool(head.cookies or head.tab or head.said)
         known = budgets.who(shown, address, head.target, head.tab) if may_be_known else None
         if known is not None and (payer := budgets.of_known(known[0], address)) is not None:
             return payer, known[1]

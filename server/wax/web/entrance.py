@@ -19,7 +19,7 @@ from wax.web.senders import limit_key
 from wax.web.tls_gate import TlsGate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from wax.clock import Clock
     from wax.config.server import ServerSettings
@@ -39,7 +39,7 @@ sight; nearly all of that is a signature."""
 class Entrance:
     """Serves an application; `open` and `close` it. With `tls`, by HTTPS only.
 
-    `who` and `has_people_at` identify known people: see `RequestBudgets`.
+    `who` and `has_people_at` identify known people: see `RequestBudgets`; `asked`: `HttpLimits`.
     """
 
     def __init__(
@@ -52,6 +52,7 @@ class Entrance:
         turnstile: Turnstile | None = None,
         who: Who = lambda *_: None,
         has_people_at: Callable[[str], bool] = lambda _: False,
+        asked: Collection[str] = (),
     ) -> None:
         self._runner = web.AppRunner(
             application, access_log=None, shutdown_timeout=_SHUTDOWN_S, handle_signals=False
@@ -60,7 +61,8 @@ class Entrance:
         self._tls = tls
         self._listening: Listening | None = None
         self._making: set[asyncio.Task[object]] = set()
-        self.limits = HttpLimits(settings, clock, turnstile or Turnstile(clock), who, has_people_at)
+        turnstile = turnstile or Turnstile(clock)
+        self.limits = HttpLimits(settings, clock, turnstile, who, has_people_at, asked=asked)
 
     @property
     def port(self) -> int:

@@ -17,7 +17,7 @@ from wax.web.senders import Proxies, Seen, is_same_origin, is_same_site
 from wax.web.sparse_log import SparseLog
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Collection, Iterable
+    from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping, Sequence
 
     from aiohttp.typedefs import Middleware
 
@@ -109,6 +109,12 @@ class Guards:
     def sender(self, request: web.Request) -> str:
         """Return the sender of a request, for limits: an IPv4 address or an IPv6 /64 prefix."""
         return self.seen(request).sender
+
+    def said(self, request: web.Request, asked: Iterable[str]) -> Mapping[str, Sequence[str]]:
+        """Return what a trusted proxy says in these headers; nothing from anybody else."""
+        if not self._proxies.trusts(request.remote or ""):
+            return {}
+        return {name: request.headers.getall(name, ()) for name in asked}
 
     async def add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
         """Add the security headers, and a `Server` that names no library or version."""

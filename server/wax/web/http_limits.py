@@ -15,7 +15,7 @@ from wax.web.senders import Proxies, limit_key
 from wax.web.sparse_log import SparseLog
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from wax.clock import Clock
     from wax.config.server import ServerSettings
@@ -29,7 +29,10 @@ _LOG = structlog.get_logger(__name__)
 
 
 class HttpLimits:
-    """Made by the `Entrance`; for `who` and `has_people_at` see `RequestBudgets`."""
+    """Made by the `Entrance`; for `who` and `has_people_at` see `RequestBudgets`.
+
+    `asked` are the headers by which a trusted proxy says who somebody is.
+    """
 
     def __init__(
         self,
@@ -38,7 +41,10 @@ class HttpLimits:
         turnstile: Turnstile,
         who: Who = lambda *_: None,
         has_people_at: Callable[[str], bool] = lambda _: False,
+        *,
+        asked: Collection[str] = (),
     ) -> None:
+        self.asked = asked
         self.turnstile = turnstile
         self.budgets = RequestBudgets(turnstile, who, has_people_at)
         self.queue = RequestQueue(turnstile)

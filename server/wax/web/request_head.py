@@ -6,11 +6,11 @@ do, guards and routes rely on aiohttp's own parser.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
 MAX_HEAD_BYTES: Final = 16_384
 """Of the request line and all headers; browsers send one or two thousand."""
@@ -32,7 +32,10 @@ _WANTED: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """What a head contains; `body_bytes` is None if the end of the body is unknown."""
+    """What a head contains; `body_bytes` is None if the end of the body is unknown.
+
+    `said` has the further headers that were asked for.
+    """
 
     target: str
     has_long_path: bool
@@ -42,6 +45,7 @@ class Head:
     tab: str
     forwarded: Sequence[str]
     x_forwarded_for: Sequence[str]
+    said: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 class Requests:
@@ -85,11 +89,14 @@ class Requests:
         return taken
 
 
-def read_head(head: bytes) -> Head:
-    """Read a head that ends with its empty line, in about 20 µs, whatever it contains."""
+def read_head(head: bytes, asked: Collection[str] = ()) -> Head:
+    """Read a head that ends with its empty line, in about 20 µs, whatever it contains.
+
+    `asked` are the lower-case names of further headers to be read.
+    """
     text = head.decode("utf-8", "surrogateescape")
     request, *lines = text.split("\r\n", MAX_HEADERS + 1)[: MAX_HEADERS + 1]
-    found: dict[str, list[str]] = {name: [] for name in _WANTED}
+    found: dict[str, list[str]] = {name: [] for name in (*_WANTED, *asked)}
     for line in lines:
         name, _, value = line.partition(":")
         if (values := found.get(name.lower())) is not None:
@@ -107,6 +114,7 @@ def read_head(head: bytes) -> Head:
         tab=next(iter(found["wax-tab"]), ""),
         forwarded=found["forwarded"],
         x_forwarded_for=found["x-forwarded-for"],
+        said={name: found[name] for name in asked},
     )
 
 

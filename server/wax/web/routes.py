@@ -177,6 +177,7 @@ class Routes:
                 web.get("/readyz", self.readiness),
                 web.get("/api/status", self.status),
                 web.get("/api/ice", self.ice),
+                web.get("/api/present", self.present),
                 web.post("/api/host", self.become_host),
                 web.post("/api/enter", self.enter),
                 web.post("/api/offer", self.offer),
@@ -238,6 +239,10 @@ class Routes:
         told = self._ice.for_page(secrets.token_hex(4), self._clock.wall_ms() / 1000)
         return _json(told)
 
+    async def present(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
+        """Answer a page that shows that a proxy still lets it through, as each request does."""
+        return _json(Done())
+
     async def become_host(self, request: web.Request) -> web.Response:
         secret = (await _body(request, HostLink)).secret
         with self._limiting_failures(request):
@@ -249,18 +254,16 @@ class Routes:
 
     async def enter(self, request: web.Request) -> web.Response:
         token = (await _body(request, EntryBody)).token
-        response, identity = self._identified(request)
+        response, visitor = self._identified(request)
         with self._limiting_failures(request):
-            invitation = self._access.enter(token, identity)
+            invitation = self._access.enter(token, visitor.identity)
         response.text = EntryAnswer(purpose=invitation.purpose).model_dump_json()
         return response
 
     async def offer(self, request: web.Request) -> web.Response:
-        visitor = request[_VISITOR]
         self._limit(request, self._offers)
         offer = await _body(request, OfferBody)
-        response, identity = self._identified(request)
-        visitor = replace(visitor, identity=identity)
+        response, visitor = self._identified(request)
         try:
             answer = await self._room.answer(visitor, offer.client, offer.sdp)
         except NoPlaceError as error:
@@ -291,8 +294,7 @@ class Routes:
     async def queue(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
         queue = await _body(request, QueueBody)
-        response, identity = self._identified(request)
-        visitor = replace(request[_VISITOR], identity=identity)
+        response, visitor = self._identified(request)
         line = self._room.queue.request(visitor, queue.client, queue.wants, queue.name)
         response.text = line.model_dump_json()
         return response
@@ -300,8 +302,7 @@ class Routes:
     async def seat(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
         seat = await _body(request, SeatBody)
-        response, identity = self._identified(request)
-        visitor = replace(request[_VISITOR], identity=identity)
+        response, visitor = self._identified(request)
         if seat.leaves:
             self._room.rooms.leave(visitor, seat.client)
         else:
@@ -348,6 +349,8 @@ class Routes:
                 route = f"{'GET' if request.method == 'HEAD' else request.method} {path}"
             tab = request.headers.get(_TAB, "")
             visitor = self._visitor(shown, self._guards.sender(request), route, tab)
+            if visitor.vouched is not None:
+                self._room.renew(visitor)
             if route:
                 permissions.check(self._room.role_of(visitor), route)
             request[_VISITOR] = visitor
@@ -377,22 +380,26 @@ class Routes:
 
     def _shown(self, request: web.Request) -> Shown:
         headers = request.headers.getall("Cookie", ())
-        return cookies.shown(headers, self._guards.seen(request).scheme)
+        shown = cookies.shown(headers, self._guards.seen(request).scheme)
+        return replace(shown, said=self._guards.said(request, self._access.asked))
 
-    def _identified(self, request: web.Request) -> tuple[web.Response, str]:
-        """Return a response that sets an identity if the request has none, and the identity."""
+    def _identified(self, request: web.Request) -> tuple[web.Response, Visitor]:
+        """Return a response that sets a cookie if the request has none, and whose browser it is.
+
+        Raises `NotAdmittedError` if a proxy should say who this is, and does not.
+        """
         response = web.json_response({})
         shown, scheme = self._shown(request), self._guards.seen(request).scheme
         known = self._access.identity_of(shown)
         if known is not None:
             if cookies.lacks_prefix(request.headers.getall("Cookie", ()), scheme):
                 cookies.set_identity(response, str(shown.identity), scheme)
-            return response, known
+            return response, self._access.on_device(request[_VISITOR], known)
         cookie = self._access.new_identity(bound=scheme == "https")
         cookies.set_identity(response, cookie, scheme)
         made = self._access.identity_of(Shown(cookie))
         assert made is not None
-        return response, made
+        return response, self._access.on_device(request[_VISITOR], made)
 
     def _renew(self, request: web.Request, response: web.Response) -> None:
         cookie = self._access.renew_cookie(self._shown(request))

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Final
 
 from wax import state_dir
 from wax.clock import SystemClock
-from wax.commands.doctor import addresses, certificate, devices, door, machine, ports, reach
+from wax.commands.doctor import (
+    addresses,
+    certificate,
+    devices,
+    door,
+    machine,
+    ports,
+    reach,
+    sign_in,
+)
 from wax.commands.doctor.files import files
 from wax.commands.doctor.network import network_of
 from wax.commands.doctor.verdict import Check, Verdict, bad, examine, ok
@@ -91,6 +100,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("firewall", lambda: addresses.firewall(network)),
         Check("certificate", lambda: certificate.certificate(network, _now())),
         Check("files", lambda: files(settings)),
+        *sign_in.checks(settings),
         *door.checks(settings, _now().timestamp(), running=running),
         Check("picture size", lambda: machine.picture_size(prepared()), _ENCODERS_S),
         Check("camera", lambda: devices.camera(prepared().settings, running=running), _DEVICE_S),
