@@ -7,7 +7,7 @@ import { missedCall } from "./call";
 import { Cameras } from "./cameras";
 import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
-import type { PadNews } from "./drive/gamepad";
+import type { PadNews } from "./drive/gamepads";
 import { readKeyCaps } from "./drive/keyCaps";
 import { actionOf, type KeyAction } from "./drive/keyMap";
 import { FLOOR_HZ } from "./drive/sendRate";
@@ -80,6 +80,7 @@ const PAD_NEWS = {
   found_by_menu: "ways.pad_found_by_menu",
   lost: "ways.pad_lost",
   frozen: "ways.pad_frozen",
+  not_loaded: "late.failed",
 } as const;
 
 /** Connects at once, before anything is drawn. */

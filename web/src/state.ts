@@ -2,7 +2,7 @@
 
 import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
 import type { MissedCall } from "./call";
-import { NO_PADS, type PadState } from "./drive/gamepad";
+import { NO_PADS, type PadState } from "./drive/gamepads";
 import type { Direction, Motion } from "./drive/inputState";
 import { type KeyMap, keysInForce } from "./drive/keyMap";
 import type { ScanItem } from "./drive/scanner";

@@ -4,7 +4,7 @@ import type { Drive } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { controllerOf } from "../testing/driving";
-import { pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
+import { loadGamepads, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { control, hello, planar, pressedBy, room } from "../testing/messages";
 import type { DriveController } from "./driveController";
 
@@ -68,7 +68,8 @@ it("sends a press at once, with the turn from the room state", () => {
 });
 
 describe("sideways", () => {
-  const pressesAll = () => {
+  const pressesAll = async () => {
+    await loadGamepads();
     key("keydown", "KeyQ");
     key("keydown", "ArrowLeft", true);
     const mine = pad({ axes: [0, 0, 0, 0] });
@@ -81,19 +82,19 @@ describe("sideways", () => {
     takeAwayGamepads();
   };
 
-  it("is in no message to a robot that cannot, whatever is pressed", () => {
+  it("is in no message to a robot that cannot, whatever is pressed", async () => {
     drives(ADA);
-    pressesAll();
+    await pressesAll();
     expect(sent.at(-1)).toMatchObject({ held: true, angular: 1 });
     expect(sent.some((one) => "lateral" in one)).toBe(false);
     expect(state.held.value).toEqual(new Set(["left"]));
   });
 
-  it("is in each message to a robot that can", () => {
+  it("is in each message to a robot that can", async () => {
     state.hello.value = planar(hello({ viewer: ADA, command_rate_hz: 50 }));
     drives(ADA);
     expect(sent.at(-1)).toMatchObject({ lateral: 0, held: false });
-    pressesAll();
+    await pressesAll();
     expect(sent.at(-1)).toMatchObject({ lateral: 1, angular: 0, held: true });
     expect(state.held.value).toEqual(new Set(["lateral_left"]));
     key("keyup", "KeyQ");
@@ -341,12 +342,13 @@ it("stops by a switch, then offers only the release", () => {
   expect(state.scan.value).toBeNull();
 });
 
-it("drives by a chosen gamepad, and shows its state", () => {
+it("drives by a chosen gamepad, and shows its state", async () => {
   const mine = pad();
   vi.spyOn(document, "hasFocus").mockReturnValue(true);
   controller.useGamepad(0);
   expect(state.pads.value.chosen).toBeNull();
   plugIn([mine]);
+  await vi.dynamicImportSettled();
   expect(tellOfPad).toHaveBeenCalledExactlyOnceWith("found");
   drives(ADA);
   controller.useGamepad(0);

@@ -7,7 +7,7 @@ import { AxisKeys } from "./axisKeys";
 import { CommandSender } from "./commandSender";
 import { listenControlKeys } from "./controlKeys";
 import { wayInForce } from "./drivePreferences";
-import { GamepadInput, type PadNews } from "./gamepad";
+import { Gamepads, type PadNews } from "./gamepads";
 import { DIRECTIONS, fingerHolder, InputState, type Motion } from "./inputState";
 import { KeyActions } from "./keyActions";
 import { listenKeyboard } from "./keyboard";
@@ -50,7 +50,7 @@ export class DriveController {
   readonly operating: Operating;
   readonly #sender: CommandSender;
   #scanner: Scanner | null = null;
-  #gamepad: GamepadInput | null = null;
+  #gamepads: Gamepads | null = null;
 
   constructor(private readonly options: DriveControllerOptions) {
     const { state } = options;
@@ -134,7 +134,7 @@ export class DriveController {
       return (isCancelled ? ways.cancel(holder) : ways.release(holder)) || isControl;
     };
     listenLetGo(window, { letGo, lift, signal });
-    this.#gamepad = new GamepadInput(window, {
+    this.#gamepads = new Gamepads(window, {
       ...callbacks,
       input,
       ways,
@@ -146,7 +146,7 @@ export class DriveController {
       },
       tell: callbacks.tellOfPad,
     });
-    this.#gamepad.listen(signal);
+    this.#gamepads.listen(signal);
   }
 
   /** What is known of the uplink now. */
@@ -185,12 +185,12 @@ export class DriveController {
 
   /** Drives with this gamepad from now on; null for none. */
   useGamepad(index: number | null): void {
-    this.#gamepad?.use(index);
+    this.#gamepads?.input?.use(index);
   }
 
   /** Where the axes of the gamepad in use rest if released now; null unless they are still. */
   padRestNow(): readonly number[] | null {
-    return this.#gamepad?.restNow() ?? null;
+    return this.#gamepads?.input?.restNow() ?? null;
   }
 
   /** Chooses what is offered, or offers the next, by the buttons on the screen. */

@@ -1,7 +1,8 @@
 // @vitest-environment dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
-import { GamepadInput, NO_PADS, type PadState } from "./gamepad";
+import { GamepadInput } from "./gamepad";
+import { NO_PADS, type PadState } from "./gamepads";
 import { InputState } from "./inputState";
 import type { PadSettings } from "./padReading";
 import { Ways } from "./ways";

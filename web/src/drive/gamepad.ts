@@ -1,39 +1,10 @@
 /** When the chosen gamepad drives; its readings: `padReading.ts`, its doubts: `padRest.ts`. */
 
+import { NO_PADS, type PadNews, type PadState } from "./gamepads";
 import { DIRECTIONS, type Direction, type InputState, isMoving } from "./inputState";
-import {
-  layoutOf,
-  type PadLayout,
-  type PadPart,
-  type PadReading,
-  type PadSettings,
-  readPad,
-} from "./padReading";
+import { layoutOf, type PadPart, type PadReading, type PadSettings, readPad } from "./padReading";
 import { PadRest } from "./padRest";
 import type { Ways } from "./ways";
-
-/** The gamepads that the browser lists, and the one that the user has chosen to drive with. */
-export interface PadState {
-  found: readonly { index: number; id: string; layout: PadLayout }[];
-  chosen: number | null;
-  /** Whether the chosen one moves the robot: only once everything on it has been released. */
-  isReady: boolean;
-  /** What on it must still be released. */
-  held: readonly PadPart[];
-  /** Axes with a stored rest that must be moved and released once before that rest is trusted. */
-  unmoved: readonly PadPart[];
-}
-
-export const NO_PADS: PadState = {
-  found: [],
-  chosen: null,
-  isReady: false,
-  held: [],
-  unmoved: [],
-};
-
-/** `found_by_menu`: none of the pads has a usable Start button. */
-export type PadNews = "found" | "found_by_menu" | "lost" | "frozen";
 
 export interface GamepadInputOptions {
   input: InputState;

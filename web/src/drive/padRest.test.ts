@@ -2,7 +2,8 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { numbers } from "../testing/random";
-import { GamepadInput, NO_PADS, type PadState } from "./gamepad";
+import { GamepadInput } from "./gamepad";
+import { NO_PADS, type PadState } from "./gamepads";
 import { InputState } from "./inputState";
 import type { PadSettings } from "./padReading";
 import { FROZEN_MS } from "./padRest";

@@ -4,7 +4,15 @@ import type { Drive, Operate } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { controllerOf } from "../testing/driving";
-import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
+import {
+  type FakePad,
+  loadGamepads,
+  pad,
+  plugIn,
+  push,
+  readings,
+  takeAwayGamepads,
+} from "../testing/gamepads";
 import { control, hello, planar, pressedBy, room } from "../testing/messages";
 import type { DriveController } from "./driveController";
 import { fingerHolder } from "./inputState";
@@ -22,7 +30,7 @@ let controller: DriveController;
 let pads: (FakePad | null)[];
 let mine: FakePad;
 
-beforeEach(() => {
+beforeEach(async () => {
   vi.useFakeTimers();
   vi.spyOn(document, "hasFocus").mockReturnValue(true);
   sent = [];
@@ -40,6 +48,7 @@ beforeEach(() => {
   const nothing = () => {};
   const callbacks = { releaseStop: nothing, toggleSpeed: nothing, tellOfPad: nothing };
   controller.listen(window, { stop: () => controller.letGo(), ...callbacks }, aborting.signal);
+  await loadGamepads();
   state.room.value = room({ operator: ADA, number: 7 });
 });
 

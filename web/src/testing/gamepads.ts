@@ -34,6 +34,12 @@ export function plugIn(pads: (FakePad | null)[]): void {
   window.dispatchEvent(new Event("gamepadconnected"));
 }
 
+/** Lets the page load what reads gamepads, as it does once there was one. */
+export async function loadGamepads(): Promise<void> {
+  window.dispatchEvent(new Event("gamepadconnected"));
+  await vi.dynamicImportSettled();
+}
+
 export function takeAwayGamepads(): void {
   Reflect.deleteProperty(navigator, "getGamepads");
 }

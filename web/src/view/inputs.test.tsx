@@ -4,7 +4,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
 import { DRIVE_DEFAULTS } from "../drive/drivePreferences";
-import type { PadState } from "../drive/gamepad";
+import type { PadState } from "../drive/gamepads";
 import type { InputState } from "../drive/inputState";
 import { DEFAULT_KEYS } from "../drive/keyMap";
 import { UNHEARD_MS } from "../drive/keysDown";

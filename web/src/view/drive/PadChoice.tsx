@@ -1,6 +1,6 @@
 import { useSignal } from "@preact/signals";
 import { RANGES } from "../../drive/drivePreferences";
-import type { PadState } from "../../drive/gamepad";
+import type { PadState } from "../../drive/gamepads";
 import type { PadLayout, PadPart, PadSettings } from "../../drive/padReading";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
