@@ -546,6 +546,7 @@ describe("in a frame on another site", () => {
 });
 
 describe("a notification at one's turn", () => {
+  const NEVER = new Promise<never>(() => {});
   const asks = (answer: NotificationPermission) => {
     vi.stubGlobal("Notification", { permission: answer, requestPermission: async () => answer });
     const serviceWorker = { register: async () => {}, ready: Promise.resolve() };
@@ -568,6 +569,19 @@ describe("a notification at one's turn", () => {
     asks("denied");
     expect(await wants(true)).toBe(false);
     expect(said(session.state.notice.value?.text)).toContain("shows no notifications");
+  });
+
+  it.each([
+    ["the browser never says whether it allows it", { requestPermission: () => NEVER }, {}],
+    ["its worker never starts", {}, { ready: NEVER }],
+  ])("stays off with a reason after 4 s if %s", async (_, notification, worker) => {
+    asks("granted");
+    Object.assign(Notification, notification);
+    Object.assign(navigator.serviceWorker, worker);
+    expect(await wants(true)).toBe(false);
+    await vi.advanceTimersByTimeAsync(4000);
+    expect(said(session.state.notice.value?.text)).toContain("does not answer (Notification)");
+    expect(session.state.preferences.value.tells).toBe(false);
   });
 });
 

@@ -54,6 +54,7 @@ import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
 import { keepAwake, needsScreen } from "./wakeLock";
 import { WantedSize } from "./wantedSize";
+import { type Unsettled, within } from "./within";
 import {
   followLanguageChoice,
   languageWishes,
@@ -61,7 +62,7 @@ import {
   switchLanguage,
 } from "./words/language";
 import { LateWords } from "./words/lateWords";
-import { pageSentence, type Saying, says } from "./words/said";
+import { pageSentence, type Saying, said, says } from "./words/said";
 import { t } from "./words/words";
 
 const CLOCKS_EVERY_MS = 200;
@@ -399,8 +400,11 @@ export function startSession(): Session {
       await Promise.race([Promise.all([words.loadOnce(), switchLanguage(tag), loadAhead()]), late]);
     }
     const { acknowledge: acknowledges, player } = document.documentElement.dataset;
-    if (acknowledges !== undefined) await acknowledger.start();
-    else await sound.start(state.preferences.peek().player ?? (player ? "browser" : "auto"));
+    const starting =
+      acknowledges !== undefined
+        ? acknowledger.start()
+        : sound.start(state.preferences.peek().player ?? (player ? "browser" : "auto"));
+    await within<unknown>("Worker", starting).catch(() => {}); // connects without it
   }
 
   /** Connects again, so that this page can acknowledge what it receives. */
@@ -492,7 +496,9 @@ export function startSession(): Session {
     setLanguage: (language) => prefer({ language }),
     keep: prefer,
     async tellMe(on) {
-      const why = on ? await askToNotify() : null;
+      const asking = on ? askToNotify() : Promise.resolve(null);
+      within("Notification", asking).catch((hang: Unsettled) => say(said(hang.saying)));
+      const why = await asking;
       prefer({ tells: on && why === null });
       if (why) say(t(why));
     },

@@ -142,14 +142,6 @@ it("blames the certificate, not a setting, if the browser refuses the worker bec
   expect(await askToNotify()).toBe("face.tell_certificate");
 });
 
-it("fails with a retry if the worker is never ready", async () => {
-  vi.useFakeTimers();
-  vi.stubGlobal("navigator", { serviceWorker: { register, ready: new Promise(() => {}) } });
-  const asked = askToNotify();
-  await vi.advanceTimersByTimeAsync(10_000);
-  expect(await asked).toBe("late.failed");
-});
-
 it("brings the page to the front when clicked", async () => {
   const focus = vi.fn();
   const close = vi.fn();

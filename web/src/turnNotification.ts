@@ -8,7 +8,6 @@ import { t } from "./words/words";
 /** How long before the turn, if everybody ahead uses their full turn. */
 const SOON_S = 15;
 const TAG = "turn";
-const READY_MS = 10_000;
 
 type News = "soon" | "called" | "driving" | null;
 
@@ -21,16 +20,17 @@ export function canNotify(): boolean {
 /** Why this browser shows no notification, and what to do about it. */
 export type NotTold = "face.tell_refused" | "face.tell_certificate" | "late.failed";
 
-/** Asks for permission, which browsers allow only after a press; null on success. */
+/**
+ * Asks for permission, which browsers allow only after a press; null on success. Pending while the
+ * user reads the browser's question, and where a worker fails to start.
+ */
 export async function askToNotify(): Promise<NotTold | null> {
   if ((await Notification.requestPermission()) !== "granted") return "face.tell_refused";
   // Phones show notifications only through a worker; relative, as the page may be below a path.
   const { serviceWorker } = navigator;
-  const ready = serviceWorker.register("tell.js").then(() => serviceWorker.ready);
-  // A worker that fails to start is never ready.
-  const late = new Promise<never>((_, reject) => setTimeout(reject, READY_MS));
   try {
-    await Promise.race([ready, late]);
+    await serviceWorker.register("tell.js");
+    await serviceWorker.ready;
     return null;
   } catch (error) {
     // Browsers load no worker over a certificate that the user has merely clicked through.

@@ -92,6 +92,17 @@ it("is silent about a refusal, and requests it the next time", async () => {
   expect(held()).toBe(1);
 });
 
+it("requests it the next time if the browser has not answered for 4 s", async () => {
+  vi.useFakeTimers();
+  request.mockReturnValueOnce(new Promise(() => {}));
+  begin();
+  isNeeded.value = true;
+  await vi.advanceTimersByTimeAsync(4000);
+  page.show("visible");
+  await vi.advanceTimersByTimeAsync(0);
+  expect(held()).toBe(1);
+});
+
 it("releases a lock that arrives too late", async () => {
   begin();
   isNeeded.value = true;

@@ -2,6 +2,7 @@
 
 import { computed, effect, type ReadonlySignal } from "@preact/signals";
 import type { State } from "./state";
+import { within } from "./within";
 
 interface Screen {
   document: Pick<Document, "visibilityState" | "addEventListener" | "removeEventListener">;
@@ -33,23 +34,22 @@ export function keepAwake(isNeeded: ReadonlySignal<boolean>, screen = ownScreen(
   let held: WakeLockSentinel | null = null;
   let isAsking = false;
 
+  const hold = (given: WakeLockSentinel) => {
+    void held?.release().catch(() => {});
+    held = given;
+    given.addEventListener("release", () => {
+      if (held === given) held = null;
+    });
+    void look(); // it may not be needed any more
+  };
   const look = async () => {
     const isWanted = isNeeded.peek() && document.visibilityState === "visible";
     if (isWanted && !held && !isAsking) {
       isAsking = true;
-      try {
-        const given = await wakeLock.request("screen");
-        held = given;
-        given.addEventListener("release", () => {
-          if (held === given) held = null;
-        });
-      } catch {
-        // Refused; requested again when the page is next shown.
-        return;
-      } finally {
-        isAsking = false;
-      }
-      void look(); // it may not be needed any more
+      const given = wakeLock.request("screen").then(hold);
+      // Refused or unanswered; requested again when the page is next shown.
+      await within("wakeLock.request", given).catch(() => {});
+      isAsking = false;
     } else if (!isWanted && held) {
       const over = held;
       held = null;

@@ -300,10 +300,10 @@ it("ends if the server is full, and passes on the rooms that it names", async ()
 
 const STEPS = ["createOffer", "setLocalDescription", "setRemoteDescription"] as const;
 
-function expectGivenUpAfter4s(lost: unknown, api: string): void {
-  vi.advanceTimersByTime(3999);
+async function expectGivenUpAfter4s(lost: unknown, api: string): Promise<void> {
+  await vi.advanceTimersByTimeAsync(3999);
   expect(lost).not.toHaveBeenCalled();
-  vi.advanceTimersByTime(1);
+  await vi.advanceTimersByTimeAsync(1);
   expect(lost).toHaveBeenCalledExactlyOnceWith(pageSentence("link.browser_hangs", { api }), null);
 }
 
@@ -358,7 +358,7 @@ describe("a voice", () => {
     });
     peer.shape({ bitrateBps: 6000, packetMs: 60 });
     await asked;
-    expectGivenUpAfter4s(lost, api);
+    await expectGivenUpAfter4s(lost, api);
   });
 
   it("leaves the answer unchanged if there is none", async () => {
@@ -441,5 +441,5 @@ it.each(STEPS)("fails with a reason after 4 s if the browser never finishes %s",
   });
   const { lost } = connect();
   await asked;
-  expectGivenUpAfter4s(lost, api);
+  await expectGivenUpAfter4s(lost, api);
 });

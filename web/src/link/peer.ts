@@ -3,6 +3,7 @@
 import type { Channel, Ended } from "../messages";
 import { withVoice } from "../voice/answer";
 import { ENCODINGS, type VoiceEncoding } from "../voice/encoding";
+import { Unsettled, within } from "../within";
 import { pageSentence, type Saying, says } from "../words/said";
 import { RequestError } from "./http";
 import { askIce, gathered, offerOf, postOffer, type Sent } from "./signalling";
@@ -35,8 +36,6 @@ export interface PeerEvents {
  * of two set-points; each one queued ahead of a release delays it by 40 ms on a modem's uplink.
  */
 const MAX_WAITING_BYTES = 256;
-/** The longest that a step of the browser's own may take; usually it takes milliseconds. */
-const STEP_MS = 4000;
 
 /**
  * One RTCPeerConnection: sound and pictures in, two data channels, and room for a voice. A reconnect
@@ -140,13 +139,12 @@ export class Peer {
     }
   }
 
-  /** Awaits a step of the browser's own, at most `STEP_MS`: some browsers never finish one. */
+  /** Awaits a step of the browser's own; one that it never finishes ends this peer. */
   async #does<T>(api: string, step: Promise<T>): Promise<T> {
-    const timer = setTimeout(
-      () => this.#lose(pageSentence("link.browser_hangs", { api })),
-      STEP_MS,
-    );
-    return step.finally(() => clearTimeout(timer));
+    return within(api, step).catch((error) => {
+      if (error instanceof Unsettled) this.#lose(error.saying);
+      throw error;
+    });
   }
 
   /** Why this peer is given up, by how far it has come. */

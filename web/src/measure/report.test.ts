@@ -80,6 +80,20 @@ function hear(ageMs: number): void {
   sound.rtp = (sound.heardAtMs - ageMs) * 48;
 }
 
+it("reports the ages all the same if getStats never settles", async () => {
+  const { peer } = link as unknown as { peer: { sound: object; picture: object } };
+  const getStats = vi.fn(() => new Promise(() => {}));
+  for (const one of [peer.sound, peer.picture]) Object.assign(one, { getStats });
+  await vi.advanceTimersByTimeAsync(4200);
+  hear(50);
+  await vi.advanceTimersByTimeAsync(250);
+  expect(sent.at(-1)?.sound?.age_ms).toBeCloseTo(50);
+  expect(sent.at(-1)?.picture).toMatchObject({ delay_ms: null });
+  const asked = getStats.mock.calls.length;
+  await vi.advanceTimersByTimeAsync(2000);
+  expect(getStats).toHaveBeenCalledTimes(asked);
+});
+
 it("adds the device's delay to the sound's age, if the browser reports it", async () => {
   hear(50);
   await vi.advanceTimersByTimeAsync(250);

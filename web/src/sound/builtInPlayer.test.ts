@@ -154,6 +154,46 @@ it.each([
   expect(FakeContext.made).toBe(2);
 });
 
+/** A browser in which this step of opening the device never settles. */
+function hangs(step: "resume" | "addModule" | "setSinkId"): void {
+  const never = vi.fn(() => new Promise<never>(() => {}));
+  class Hung extends FakeContext {
+    override state = "suspended";
+    constructor() {
+      super();
+      Object.assign(step === "addModule" ? this.audioWorklet : this, { [step]: never });
+    }
+  }
+  vi.stubGlobal("AudioContext", Hung);
+}
+
+it.each(["resume", "addModule", "setSinkId"] as const)(
+  "leaves the sound to the browser's player after 4 s, and says why, if %s hangs",
+  async (step) => {
+    vi.stubGlobal("navigator", { userActivation: { hasBeenActive: true } });
+    hangs(step);
+    const player = new BuiltInPlayer(events);
+    await player.setOutput("headphones");
+    void player.start();
+    FakeWorker.last.says("ready");
+    void player.play();
+    await vi.advanceTimersByTimeAsync(3999);
+    expect(events.failed).not.toHaveBeenCalled();
+    await vi.advanceTimersByTimeAsync(1);
+    const why = expect.stringMatching(`does not answer .*${step}`);
+    expect(events.failed).toHaveBeenCalledExactlyOnceWith(why);
+    expect(feeds().at(-1)).toBe("browser");
+  },
+);
+
+it("waits for a touch as long as it takes", async () => {
+  vi.stubGlobal("navigator", { userActivation: { hasBeenActive: false } });
+  hangs("resume");
+  await playing();
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect(events.failed).not.toHaveBeenCalled();
+});
+
 it("waits for a phone call to end, and resumes with the same device", async () => {
   const player = await playing();
   FakeNode.last.port.says(TOLD);

@@ -1,5 +1,6 @@
 /** Starts the built-in player and detects its failures; who plays then: `soundPlayback.ts`. */
 
+import { Unsettled, within } from "../within";
 import { t } from "../words/words";
 import type { FromWorker, Playing, ToWorker } from "./playerWorker";
 import type { FromWorklet, ToWorklet } from "./worklet";
@@ -157,8 +158,12 @@ export class BuiltInPlayer {
   /** Plays on the device with this id, "" for the browser's default; rejects if it is gone. */
   async setOutput(id: string): Promise<void> {
     this.#output = id;
-    const context: Routed | null = this.#context;
-    await context?.setSinkId?.(id);
+    if (this.#context) await this.#route(this.#context);
+  }
+
+  async #route(context: Routed): Promise<void> {
+    const routing = context.setSinkId?.(this.#output);
+    if (routing) await within("AudioContext.setSinkId", routing);
   }
 
   /**
@@ -173,14 +178,19 @@ export class BuiltInPlayer {
         this.#isInterrupted = false;
         this.#watchDevice(-LOOKS_AFTER_CALL);
       }
-      // Without a touch, this promise stays pending until there is one.
-      void context.resume().catch(() => {});
+      this.#resume(context);
       this.#building ??= this.#build(context);
       await this.#building;
       if (this.#isWanted && !this.#isHeard) this.#feed("both");
     } catch (error) {
-      this.#fail(t("sound.no_device", { error: String(error) }));
+      this.#closed(error);
     }
+  }
+
+  /** The device cannot be opened, or the browser never says whether it can. */
+  #closed(error: unknown): void {
+    const isHung = error instanceof Unsettled;
+    this.#fail(isHung ? error.message : t("sound.no_device", { error: String(error) }));
   }
 
   /** Feeds both players, so that the browser's has sound when it takes over. */
@@ -220,6 +230,20 @@ export class BuiltInPlayer {
     return (this.#isHeard && this.#newest?.levels) || null;
   }
 
+  /** Without a touch, the browser's promise stays pending until there is one. */
+  #resume(context: AudioContext): void {
+    within("AudioContext.resume", context.resume()).catch((error) => {
+      const isStuck = error instanceof Unsettled && context.state === "suspended";
+      if (
+        isStuck &&
+        context === this.#context &&
+        this.#isWanted &&
+        navigator.userActivation.hasBeenActive
+      )
+        this.#closed(error);
+    });
+  }
+
   #open(): AudioContext {
     const context = new AudioContext({ latencyHint: 0, sampleRate: SAMPLES_PER_MS * 1000 });
     context.addEventListener("statechange", () => this.#stateChanged(context));
@@ -250,8 +274,8 @@ export class BuiltInPlayer {
   }
 
   async #build(context: AudioContext): Promise<void> {
-    if (this.#output) await (context as Routed).setSinkId?.(this.#output);
-    await context.audioWorklet.addModule(workletUrl);
+    if (this.#output) await this.#route(context);
+    await within("AudioWorklet.addModule", context.audioWorklet.addModule(workletUrl));
     const node = new AudioWorkletNode(context, "wax-player", {
       numberOfInputs: 0,
       outputChannelCount: [2],

@@ -68,6 +68,19 @@ it("sends nothing before it is pressed, and opens no microphone", async () => {
   expect(link?.speak).not.toHaveBeenCalled();
 });
 
+it("says after 4 s that the browser has not given the microphone, and goes on once it has", async () => {
+  let give = (_: unknown) => {};
+  open.mockReturnValueOnce(new Promise((resolve) => (give = resolve)));
+  await press();
+  await vi.advanceTimersByTimeAsync(3999);
+  expect(voice.problem).toBeNull();
+  await vi.advanceTimersByTimeAsync(1);
+  expect(said(voice.problem)).toContain("does not answer (getUserMedia)");
+  give(new FakeMicrophone());
+  await vi.advanceTimersByTimeAsync(0);
+  expect(voice).toMatchObject({ isOn: true, problem: null });
+});
+
 it("speaks while it is held, and shows the level", async () => {
   await press();
   expect(sent()).toBe(made[0]?.track);

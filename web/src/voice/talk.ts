@@ -1,5 +1,6 @@
 /** When the voice is sent and the robot's sound is muted; who may speak: `../permissions.ts`. */
 
+import { Unsettled, within } from "../within";
 import { pageSentence, type Saying, says } from "../words/said";
 import { ENCODINGS, EncodingChooser, type Uplink, type VoiceEncoding } from "./encoding";
 import { Microphone } from "./microphone";
@@ -153,7 +154,13 @@ export class Talk {
     this.#tell({ isOpening: true, problem: null });
     try {
       const open = this.options.open ?? Microphone.open;
-      this.#microphone = await open((sentence) => this.#gone(sentence));
+      const opening = open((sentence) => this.#gone(sentence));
+      // The user may still be reading the browser's question, so this only says what is awaited.
+      within("getUserMedia", opening).catch((error) => {
+        if (error instanceof Unsettled) this.#tell({ problem: error.saying });
+      });
+      this.#microphone = await opening;
+      this.#tell({ problem: null });
     } catch (error) {
       this.#holders.clear();
       this.#tell({ isKept: false, problem: error instanceof Error ? says(error.message) : null });
