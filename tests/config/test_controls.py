@@ -86,9 +86,14 @@ def _problem(text: str) -> str:
             'controls[0].key: got "H!"; allowed is '
             'empty, or a key by its place on the keyboard, as "KeyH" or "Digit1"',
         ),
+        *[
+            (ARM + pressed, "controls[0]: arm is a slider, which no single key can set")
+            for pressed in ('key = "KeyH"', 'pad_button = "X"')
+        ],
         (
-            ARM + 'key = "KeyH"',
-            "controls[0]: arm is a slider, which no single key can set",
+            LAMP + 'pad_button = "B"',
+            'controls[0].pad_button: got "B"; allowed is "", "X", "Y", "LB", "RB", "View", "LS" or'
+            ' "RS"',
         ),
         (
             LAMP + "moves = true",
@@ -107,6 +112,10 @@ def _problem(text: str) -> str:
         (
             LAMP + 'key = "KeyH"\n' + LAMP.replace("lamp", "siren") + 'key = "KeyH"',
             "controls: two have the key KeyH; give each its own",
+        ),
+        (
+            LAMP + 'pad_button = "X"\n' + LAMP.replace("lamp", "siren") + 'pad_button = "X"',
+            "controls: two have the pad_button X; give each its own",
         ),
         (HEAT + HEAT, "gauges: two have the name motor_c; give each its own"),
         (HEAT + "min = 100.0", "gauges[0]: motor_c goes from 100 to 100; max must be above min"),
@@ -159,13 +168,18 @@ def test_no_control_can_have_a_key_of_driving() -> None:
     assert frozenset(re.findall(r'"(\w+)"', table)) == DRIVING_KEYS | LATERAL_KEYS
 
 
-@pytest.mark.parametrize("key", sorted(LATERAL_KEYS))
-def test_a_key_that_moves_sideways_is_free_on_a_robot_that_cannot(key: str) -> None:
-    """Q and E are refused only where the robot moves sideways by them."""
-    text = LAMP + f'key = "{key}"\n[robot]\n'
-    assert _parsed(text).controls[0].key == key
-    assert _parsed(text + 'base = "mecanum"\nmax_lateral_mps = 0').controls[0].key == key
-    refused = f"controls: lamp has the key {key}, which moves this robot sideways; give it another"
+@pytest.mark.parametrize(
+    ("what", "name"),
+    [("key", "KeyQ"), ("key", "KeyE"), ("pad_button", "LB"), ("pad_button", "RB")],
+)
+def test_what_moves_sideways_is_free_on_a_robot_that_cannot(what: str, name: str) -> None:
+    """Q and E, LB and RB are refused only where the robot moves sideways by them."""
+    text = LAMP + f'{what} = "{name}"\n[robot]\n'
+    for base in ("", 'base = "mecanum"\nmax_lateral_mps = 0'):
+        assert getattr(_parsed(text + base).controls[0], what) == name
+    refused = (
+        f"controls: lamp has the {what} {name}, which moves this robot sideways; give it another"
+    )
     with pytest.raises(ConfigError, match=re.escape(refused)):
         _parsed(text + 'base = "mecanum"')
 

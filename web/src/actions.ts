@@ -1,6 +1,7 @@
 /** What views get: the state, and what the user can do. */
 
 import type { DrivePreferences } from "./drive/drivePreferences";
+import type { PadWish } from "./drive/gamepad";
 import type { Held, Motion } from "./drive/inputState";
 import type { HostAct } from "./messages";
 import type { Preferences } from "./preferences";
@@ -44,6 +45,8 @@ export interface Actions extends HearingActions {
   useGamepad(index: number | null): void;
   /** Where the gamepad's axes rest if nobody touches it; null unless still for a second. */
   padRestNow(): readonly number[] | null;
+  /** Lets the user choose a part of the gamepad in use by pressing it; null ends that. */
+  learnPad(wish: PadWish | null): void;
   /** For driving by switches: chooses what is offered, or offers the next. */
   scan(what: "select" | "next"): void;
   join(): void;

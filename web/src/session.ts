@@ -515,6 +515,7 @@ export function startSession(): Session {
     },
     useGamepad: (index) => controller.useGamepad(index),
     padRestNow: () => controller.padRestNow(),
+    learnPad: (wish) => controller.learnPad(wish),
     scan: (what) => controller.scan(what),
     join: () => ask("join"),
     leave: () => ask("leave"),

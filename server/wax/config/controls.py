@@ -28,6 +28,9 @@ DRIVING_KEYS: Final = frozenset(
 LATERAL_KEYS: Final = frozenset({"KeyQ", "KeyE"})
 """Those that it uses only for a robot that moves sideways."""
 
+LATERAL_BUTTONS: Final = frozenset({"LB", "RB"})
+"""The gamepad's buttons that it uses only for a robot that moves sideways."""
+
 _TAKEN_BY_BROWSERS: Final = re.compile(
     r"Tab|Escape|CapsLock|Fn.*|F\d+|Unidentified|(Control|Alt|Meta|OS|Shift)(Left|Right)"
 )
@@ -75,6 +78,9 @@ class ControlSettings(ConfigTable):
     """What one chooses from, in a choice."""
     key: Key = ""
     """Presses a button or a toggle, as long as nobody's own keys have it."""
+    pad_button: Literal["", "X", "Y", "LB", "RB", "View", "LS", "RS"] = ""
+    """The button of a gamepad that presses it for who drives with one, as an Xbox's is labelled; in
+    the page's settings everybody can choose another part of their pad by pressing it."""
     moves: bool = False
     """Whether it moves the robot or a part of it; a button or a slider then, for whoever drives."""
     roles: Annotated[list[ControlRole], Field(min_length=1, max_length=3)] = ["operator"]
@@ -110,10 +116,10 @@ class ControlSettings(ConfigTable):
 
     @model_validator(mode="after")
     def _key_is_free(self) -> Self:
+        if (self.key or self.pad_button) and self.kind not in ("button", "toggle"):
+            raise ValueError(f"{self.name} is a {self.kind}, which no single key can set")
         if not self.key:
             return self
-        if self.kind not in ("button", "toggle"):
-            raise ValueError(f"{self.name} is a {self.kind}, which no single key can set")
         if self.key in DRIVING_KEYS:
             raise ValueError(f"{self.name} has the key {self.key}, which drives or stops already")
         if _TAKEN_BY_BROWSERS.fullmatch(self.key):
@@ -196,17 +202,20 @@ class GaugeSettings(ConfigTable):
 def check_controls(
     controls: Sequence[ControlSettings], gauges: Sequence[GaugeSettings], lateral_mps: float
 ) -> None:
-    """Raise `ValueError` if two have the same name or key, or one has a key that drives sideways.
+    """Raise `ValueError` if two have the same name, key or button, or one's drives sideways.
 
     `lateral_mps` is the robot's highest speed sideways, 0 if it cannot.
     """
     for one in controls:
-        if lateral_mps > 0 and one.key in LATERAL_KEYS:
-            raise ValueError(
-                f"controls: {one.name} has the key {one.key}, which moves this robot sideways; give"
-                " it another"
-            )
+        for what, pressed in (("key", one.key), ("pad_button", one.pad_button)):
+            if lateral_mps > 0 and pressed in LATERAL_KEYS | LATERAL_BUTTONS:
+                raise ValueError(
+                    f"controls: {one.name} has the {what} {pressed}, which moves this robot"
+                    " sideways; give it another"
+                )
     own = "give each its own"
     check_apart(f"controls: two have the name {{}}; {own}", [one.name for one in controls])
-    check_apart(f"controls: two have the key {{}}; {own}", [one.key for one in controls if one.key])
+    for what in ("key", "pad_button"):
+        used = [pressed for one in controls if (pressed := getattr(one, what))]
+        check_apart(f"controls: two have the {what} {{}}; {own}", used)
     check_apart(f"gauges: two have the name {{}}; {own}", [one.name for one in gauges])

@@ -457,6 +457,8 @@ class ControlInfo(Outgoing):
     choices: list[str]
     key: str
     """The key that presses it, by its position on the keyboard; empty for none."""
+    pad_button: str
+    """The button of a standard gamepad that presses it, by its label on an Xbox's; may be empty."""
     moves: bool
     """Whether using it counts as driving."""
     roles: list[Literal["operator", "host", "observer"]]

@@ -356,6 +356,7 @@ it("drives by a chosen gamepad, and shows its state", async () => {
   expect(state.pads.value).toMatchObject({ chosen: 0, isReady: true });
   readings(20);
   expect(controller.padRestNow()).toEqual([0, 0, 0]);
+  controller.learnPad(null);
   mine.axes[1] = -0.8;
   readings(2);
   expect(sent.at(-1)?.linear).toBeGreaterThan(0.3);
@@ -372,6 +373,7 @@ it("can be called before it listens", () => {
   const uplink = { linkBps: null, waitingBytes: 0, queuedMs: 0 };
   const another = controllerOf(state, { uplink: () => uplink });
   another.useGamepad(0);
+  another.learnPad(null);
   another.scan("select");
   expect(another.padRestNow()).toBeNull();
   expect(state.pads.value.chosen).toBeNull();

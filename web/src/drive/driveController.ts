@@ -7,6 +7,7 @@ import { AxisKeys } from "./axisKeys";
 import { CommandSender } from "./commandSender";
 import { listenControlKeys } from "./controlKeys";
 import { wayInForce } from "./drivePreferences";
+import type { PadWish } from "./gamepad";
 import { Gamepads, type PadNews } from "./gamepads";
 import { DIRECTIONS, fingerHolder, InputState, type Motion } from "./inputState";
 import { KeyActions } from "./keyActions";
@@ -138,6 +139,8 @@ export class DriveController {
       ...callbacks,
       input,
       ways,
+      operating: this.operating,
+      controls: () => state.usableControls.peek(),
       settings: () => state.preferences.peek().gamepad,
       movesSideways: () => state.movesSideways.peek(),
       isDriving,
@@ -191,6 +194,11 @@ export class DriveController {
   /** Where the axes of the gamepad in use rest if released now; null unless they are still. */
   padRestNow(): readonly number[] | null {
     return this.#gamepads?.input?.restNow() ?? null;
+  }
+
+  /** Lets the user choose a part of the gamepad in use by pressing it; null ends that. */
+  learnPad(wish: PadWish | null): void {
+    this.#gamepads?.input?.learn(wish);
   }
 
   /** Chooses what is offered, or offers the next, by the buttons on the screen. */

@@ -1,6 +1,8 @@
 import { expect, it } from "vitest";
 import { DRIVE_DEFAULTS, loadDrivePreferences, wayInForce } from "./drivePreferences";
 
+const LONG = Array.from({ length: 65 }, () => 0);
+
 it("restores what was saved", () => {
   const mine = {
     ...DRIVE_DEFAULTS,
@@ -15,6 +17,7 @@ it("restores what was saved", () => {
       deadZone: 0.5,
       curve: 3,
       rests: { Stick: [0, -1, 0] },
+      learnt: {},
     },
   } as const;
   expect(loadDrivePreferences(JSON.parse(JSON.stringify(mine)))).toEqual(mine);
@@ -29,9 +32,14 @@ it.each([
   },
   { gamepad: "Xbox" },
   { gamepad: { rests: "Stick" } },
-  { gamepad: { rests: { a: null, b: [0, 0], c: [0, 0, 1.1], d: [0, 0, null], e: [0, 0, 0, 0] } } },
+  { gamepad: { rests: { a: null, b: ["0"], c: [0, 0, 1.1], d: [0, 0, null], e: LONG } } },
 ])("takes the defaults for what is missing or invalid: %j", (kept) => {
   expect(loadDrivePreferences(kept)).toEqual(DRIVE_DEFAULTS);
+});
+
+it("keeps what gamepads were taught", () => {
+  const learnt = { Stick: { ahead: { kind: "axis", at: 5, to: 1 } } };
+  expect(loadDrivePreferences({ gamepad: { learnt } }).gamepad.learnt).toEqual(learnt);
 });
 
 it("keeps the rests of the eight newest gamepads", () => {

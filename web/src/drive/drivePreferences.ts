@@ -1,6 +1,7 @@
 /** How this user drives on this device. Pure. */
 
 import { DEFAULT_KEYS, type KeyMap, loadKeys } from "./keyMap";
+import { loadLearnt, MOST_PADS, MOST_PARTS } from "./learntParts";
 import type { PadSettings } from "./padReading";
 import { WAYS, type Way } from "./ways";
 
@@ -43,6 +44,7 @@ export const DRIVE_DEFAULTS: DrivePreferences = {
     deadZone: 0.15,
     curve: 1.5,
     rests: {},
+    learnt: {},
   },
 };
 
@@ -66,6 +68,7 @@ export function loadDrivePreferences(kept: Readonly<Record<string, unknown>>): D
       deadZone: ranged(pad.deadZone, RANGES.deadZone) ?? of.gamepad.deadZone,
       curve: ranged(pad.curve, RANGES.curve) ?? of.gamepad.curve,
       rests: loadRests(pad.rests),
+      learnt: loadLearnt(pad.learnt),
     },
   };
 }
@@ -85,15 +88,15 @@ export function wayInForce({ way }: DrivePreferences, mayClick: boolean | undefi
   return way === "click" && !mayClick ? "hold" : way;
 }
 
-/** How many gamepads' rest positions are kept, newest last; each has the three axes that count. */
-const MOST_RESTS = 8;
 const REST = { min: -1, max: 1 };
 
 function loadRests(kept: unknown): PadSettings["rests"] {
   const isRests = (rests: unknown) =>
-    Array.isArray(rests) && rests.length === 3 && rests.every((one) => ranged(one, REST) !== null);
+    Array.isArray(rests) &&
+    rests.length <= MOST_PARTS &&
+    rests.every((one) => ranged(one, REST) !== null);
   const all = Object.entries(typeof kept === "object" && kept !== null ? kept : {});
-  return Object.fromEntries(all.filter(([, rests]) => isRests(rests)).slice(-MOST_RESTS));
+  return Object.fromEntries(all.filter(([, rests]) => isRests(rests)).slice(-MOST_PADS));
 }
 
 function ranged(value: unknown, { min, max }: { min: number; max: number }): number | null {

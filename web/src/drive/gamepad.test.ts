@@ -1,6 +1,8 @@
 // @vitest-environment dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { ControlInfo } from "../messages";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
+import { control } from "../testing/messages";
 import { GamepadInput } from "./gamepad";
 import { NO_PADS, type PadState } from "./gamepads";
 import { InputState } from "./inputState";
@@ -11,6 +13,7 @@ const STAND = { linear: 0, angular: 0 };
 const stop = vi.fn();
 const toggleSpeed = vi.fn();
 const tell = vi.fn();
+const operating = { press: vi.fn(), release: vi.fn(() => true), toggle: vi.fn() };
 
 let input: InputState;
 let state: PadState;
@@ -21,10 +24,11 @@ let aborting: AbortController;
 let gamepad: GamepadInput;
 let settings: PadSettings;
 let isPlanar: boolean;
+let controls: ControlInfo[];
 
 beforeEach(() => {
   vi.useFakeTimers();
-  for (const action of [stop, toggleSpeed, tell]) action.mockClear();
+  for (const action of [stop, toggleSpeed, tell, ...Object.values(operating)]) action.mockClear();
   input = new InputState({
     changed: () => {},
     deflected: () => {},
@@ -40,7 +44,9 @@ beforeEach(() => {
     deadZone: 0.2,
     curve: 1,
     rests: {},
+    learnt: {},
   };
+  controls = [];
   driving = true;
   isPlanar = false;
   focused = true;
@@ -49,6 +55,8 @@ beforeEach(() => {
   gamepad = new GamepadInput(window, {
     input,
     ways: new Ways({ input, way: () => "hold", stepMs: () => 400 }),
+    controls: () => controls,
+    operating,
     settings: () => settings,
     movesSideways: () => isPlanar,
     isDriving: () => driving,
@@ -119,6 +127,108 @@ describe("a robot that moves sideways", () => {
     push(mine, 5, 0);
     readings(1);
     expect(input.isHolding).toBe(false);
+  });
+});
+
+describe("the robot's controls", () => {
+  const HORN = "pad-control horn";
+
+  beforeEach(() => {
+    controls = [
+      control("horn", { pad_button: "X" }),
+      control("lamp", { kind: "toggle", pad_button: "Y" }),
+    ];
+  });
+
+  it("are held as long as their button, or flipped at its press", () => {
+    drives();
+    push(mine, 2);
+    push(mine, 3);
+    readings(2);
+    expect(operating.press).toHaveBeenCalledExactlyOnceWith(HORN, "horn");
+    expect(operating.toggle).toHaveBeenCalledExactlyOnceWith("lamp");
+    expect(operating.release).not.toHaveBeenCalledWith(HORN);
+    push(mine, 2, 0);
+    readings(1);
+    expect(operating.release).toHaveBeenCalledWith(HORN);
+  });
+
+  it.each([
+    ["the pad vanishes", () => plugIn([])],
+    ["the page loses the focus", () => (focused = false)],
+    ["nobody may drive any more", () => input.disable()],
+    [
+      "the user may no longer use it",
+      () => {
+        controls = [];
+        push(mine, 2, 0);
+      },
+    ],
+  ])("are let go of when %s", (_, happens) => {
+    drives();
+    push(mine, 2);
+    readings(1);
+    happens();
+    readings(1);
+    expect(operating.release).toHaveBeenCalledWith(HORN);
+  });
+
+  it("are not pressed by a button that was held before", () => {
+    push(mine, 2);
+    listens();
+    plugIn([mine]);
+    gamepad.use(0);
+    readings(3);
+    expect(operating.press).not.toHaveBeenCalled();
+  });
+});
+
+describe("choosing a part by pressing it", () => {
+  it("moves and presses nothing, and drives again once all is let go of", () => {
+    controls = [control("horn", { pad_button: "X" })];
+    drives();
+    const found = vi.fn();
+    gamepad.learn({ isAxis: false, found });
+    readings(1);
+    mine.axes[1] = -1;
+    readings(1);
+    expect(input.isHolding).toBe(false);
+    push(mine, 2);
+    readings(1);
+    expect(found).toHaveBeenCalledExactlyOnceWith({ kind: "button", at: 2, to: 1, from: 0 });
+    readings(1);
+    expect(operating.press).not.toHaveBeenCalled();
+    expect([input.isHolding, state.isReady]).toEqual([false, false]);
+    mine.axes[1] = 0;
+    push(mine, 2, 0);
+    readings(2);
+    expect(state.isReady).toBe(true);
+  });
+
+  it("still stops, and ends with the pad or the wish", () => {
+    drives();
+    const found = vi.fn();
+    gamepad.learn({ isAxis: true, found });
+    readings(1);
+    focused = false;
+    mine.axes[1] = -1;
+    readings(1);
+    mine.axes[1] = 0;
+    readings(1);
+    focused = true;
+    readings(1);
+    push(mine, 1);
+    readings(1);
+    expect(stop).toHaveBeenCalledOnce();
+    push(mine, 1, 0);
+    gamepad.learn(null);
+    readings(2);
+    expect(state.isReady).toBe(true);
+    gamepad.learn({ isAxis: true, found });
+    gamepad.use(0);
+    readings(2);
+    expect(state.isReady).toBe(true);
+    expect(found).not.toHaveBeenCalled();
   });
 });
 

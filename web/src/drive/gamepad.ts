@@ -1,7 +1,10 @@
 /** When the chosen gamepad drives; its readings: `padReading.ts`, its doubts: `padRest.ts`. */
 
+import type { ControlInfo } from "../messages";
 import { NO_PADS, type PadNews, type PadState } from "./gamepads";
 import { DIRECTIONS, type Direction, type InputState, isMoving } from "./inputState";
+import type { Operating } from "./operating";
+import { type Found, PadLearner } from "./padLearner";
 import { layoutOf, type PadPart, type PadReading, type PadSettings, readPad } from "./padReading";
 import { PadRest } from "./padRest";
 import type { Ways } from "./ways";
@@ -11,6 +14,9 @@ export interface GamepadInputOptions {
   ways: Ways;
   settings: () => PadSettings;
   movesSideways: () => boolean;
+  /** The robot's controls that may be used now. */
+  controls: () => readonly ControlInfo[];
+  operating: Pick<Operating, "press" | "release" | "toggle">;
   isDriving: () => boolean;
   stop: () => void;
   toggleSpeed: () => void;
@@ -19,7 +25,14 @@ export interface GamepadInputOptions {
   tell: (what: PadNews) => void;
 }
 
+/** What to find on the gamepad in use, and who is told. */
+export interface PadWish {
+  isAxis: boolean;
+  found: (part: Found) => void;
+}
+
 const STICK = "gamepad stick";
+const controlHolder = (name: string) => `pad-control ${name}`;
 const crossHolder = (direction: Direction) => `gamepad ${direction}`;
 /** How long a new gamepad is read for a press of its Start. */
 const OFFERED_MS = 20_000;
@@ -42,6 +55,10 @@ export class GamepadInput {
   #last: PadReading | null = null;
   #isDeflected = false;
   #starts = new Set<number>();
+  /** The robot's controls that it has pressed. */
+  readonly #operated = new Set<string>();
+  #wish: PadWish | null = null;
+  #learner: PadLearner | null = null;
 
   constructor(
     private readonly window: Window,
@@ -55,9 +72,16 @@ export class GamepadInput {
     if (this.#pads().length > 0) this.#offer();
   }
 
+  /** Moves nothing until the user has chosen a part by pressing or pushing it; null to go on. */
+  learn(wish: PadWish | null): void {
+    this.#wish = wish;
+    this.#learner = null;
+  }
+
   /** Drives with this gamepad from now on; null for none. */
   use(index: number | null): void {
     this.#disarm();
+    this.learn(null);
     this.#last = null;
     const isThere = this.#pads().some((pad) => pad.index === index);
     this.#offeredUntilMs = 0;
@@ -71,7 +95,7 @@ export class GamepadInput {
   restNow(): readonly number[] | null {
     if (!this.#last || !this.#rest.isStill(performance.now())) return null;
     const { axes, held } = this.#last;
-    const rests: number[] = [0, 0, 0];
+    const rests = Array.from({ length: Math.max(2, ...axes.map(({ at }) => at)) + 1 }, () => 0);
     for (const { at, value, rest } of axes) {
       const isHeld = held.some((part) => part.kind === "axis" && part.at === at);
       rests[at] = isHeld ? Math.max(-1, Math.min(1, value)) : rest;
@@ -156,6 +180,10 @@ export class GamepadInput {
     // A page without the focus gets no keys either.
     const isInFront = !document.hidden && document.hasFocus();
     if (isInFront && this.options.isDriving() && now.stop && !last.stop) this.options.stop();
+    if (this.#wish && isInFront) {
+      this.#learn(this.#wish, pad, nowMs);
+      return;
+    }
     // Without the focus, browsers report old values.
     const doubt = isInFront ? this.#rest.doubt(pad, now, nowMs) : null;
     if (doubt === "frozen" && this.#state.isReady) this.options.tell(doubt);
@@ -169,6 +197,15 @@ export class GamepadInput {
     }
   }
 
+  #learn(wish: PadWish, pad: Gamepad, nowMs: number): void {
+    this.#disarm();
+    this.#learner ??= new PadLearner(pad, wish.isAxis);
+    const part = this.#learner.next(pad, nowMs);
+    if (!part) return;
+    this.learn(null);
+    wish.found(part);
+  }
+
   /** Becomes ready once nothing is held; until then shows what is held or must be moved. */
   #await(isReady: boolean, held: readonly PadPart[]): void {
     const unmoved = this.#rest.unmoved.map((at) => ({ kind: "axis" as const, at }));
@@ -179,8 +216,8 @@ export class GamepadInput {
   }
 
   #readingOf(pad: Gamepad): PadReading {
-    const { settings, movesSideways } = this.options;
-    return readPad(pad, settings(), movesSideways());
+    const { settings, movesSideways, controls } = this.options;
+    return readPad(pad, settings(), movesSideways(), controls());
   }
 
   #drive(now: PadReading, last: PadReading): void {
@@ -191,6 +228,7 @@ export class GamepadInput {
       if (is && !was) ways.press(crossHolder(one), one);
       if (was && !is) ways.release(crossHolder(one));
     }
+    this.#operate(now, last);
     const isDeflected = isMoving(now.motion);
     const wasDeflected = this.#isDeflected;
     this.#isDeflected = isDeflected;
@@ -199,8 +237,25 @@ export class GamepadInput {
     else if (!input.deflect(STICK, now.motion)) this.#disarm();
   }
 
+  #operate(now: PadReading, last: PadReading): void {
+    const { controls, operating } = this.options;
+    for (const name of this.#operated) if (!now.controls.has(name)) this.#letGoOf(name);
+    for (const { name, kind } of controls()) {
+      if (!now.controls.has(name) || last.controls.has(name)) continue;
+      if (kind === "toggle") operating.toggle(name);
+      else operating.press(controlHolder(name), name);
+      this.#operated.add(name);
+    }
+  }
+
+  #letGoOf(control: string): void {
+    this.#operated.delete(control);
+    this.options.operating.release(controlHolder(control));
+  }
+
   #disarm(): void {
     const { input } = this.options;
+    for (const name of this.#operated) this.#letGoOf(name);
     this.#isDeflected = false;
     input.release(STICK);
     for (const one of DIRECTIONS) input.release(crossHolder(one));

@@ -26,8 +26,17 @@ afterEach(() => {
 function listening(): Gamepads {
   const movesSideways = () => false;
   const input = new InputState({ changed() {}, deflected() {}, movesSideways });
-  const options: Partial<GamepadInputOptions> = { input, movesSideways, changed() {}, tell };
-  const pads = new Gamepads(window, { ...options, settings: () => SETTINGS } as GamepadInputOptions);
+  const options: Partial<GamepadInputOptions> = {
+    input,
+    movesSideways,
+    changed() {},
+    tell,
+    controls: () => [],
+  };
+  const pads = new Gamepads(window, {
+    ...options,
+    settings: () => SETTINGS,
+  } as GamepadInputOptions);
   pads.listen(aborting.signal);
   return pads;
 }

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { type FakePad, pad, push } from "../testing/gamepads";
+import type { Learnt } from "./learntParts";
 import { layoutOf, type PadSettings, readPad } from "./padReading";
 
 const SETTINGS: PadSettings = {
@@ -9,6 +10,7 @@ const SETTINGS: PadSettings = {
   deadZone: 0.2,
   curve: 1,
   rests: {},
+  learnt: {},
 };
 
 /** The reading of a pad after this was done on it. */
@@ -30,6 +32,7 @@ it("asks for nothing while untouched", () => {
     stop: false,
     speed: false,
     start: false,
+    controls: new Set(),
     held: [],
     axes: [
       { at: 0, value: 0, rest: 0 },
@@ -278,4 +281,90 @@ it.each([
   expect(layoutOf({ mapping, buttons: pad().buttons.concat(pad().buttons).slice(0, count) })).toBe(
     layout,
   );
+});
+
+describe("what was taught", () => {
+  const teach = (parts: Learnt) => ({ learnt: { Xbox: parts } });
+  const axis = (at: number, to: number) => ({ kind: "axis", at, to }) as const;
+  const button = (at: number) => ({ kind: "button", at, to: 1 }) as const;
+
+  it("drives by a throttle and a rudder among many axes, which others' do not", () => {
+    const parts = { ...teach({ ahead: axis(5, 1), turn: axis(6, -1) }) };
+    const settings = { ...parts, rests: { Xbox: [0, 0, 0, 0, 0, -1, 0] } };
+    const axes = [1, -1, 0, 0, 0, 0.5, -0.6];
+    const reading = said(() => {}, { axes, mapping: "" }, settings);
+    expect(reading.motion.linear).toBeCloseTo((0.75 - 0.2) / 0.8, 10);
+    expect(reading.motion.angular).toBeCloseTo(0.5, 10);
+    expect(reading.held.map(({ at }) => at)).toEqual([5, 6]);
+    expect(reading.axes.map(({ at, rest }) => [at, rest])).toEqual([
+      [5, -1],
+      [6, 0],
+    ]);
+    const other = said(() => {}, { axes, mapping: "", id: "Other" }, settings);
+    expect(other.motion).toMatchObject({ linear: expect.closeTo(0.7, 1) });
+    expect(said(() => {}, { axes: [], mapping: "" }, parts).motion).toEqual({
+      linear: 0,
+      angular: 0,
+    });
+  });
+
+  it("moves a robot sideways that can, by a pad of any layout", () => {
+    const settings = teach({ sideways: axis(3, -1) });
+    for (const mapping of ["", "standard"] as const) {
+      const more = { axes: [0, 0, 0, -1], mapping };
+      expect(said(() => {}, more, settings, true).motion).toEqual({
+        linear: 0,
+        angular: 0,
+        lateral: 1,
+      });
+      expect(said(() => {}, more, settings).motion).toEqual({ linear: 0, angular: 0 });
+    }
+  });
+
+  it("is a hat's direction, and it is held as long as the hat is", () => {
+    const settings = teach({ forward: axis(9, -1) });
+    const axes = (hat: number) => [...Array.from({ length: 9 }, () => 0), hat];
+    const pushed = said(() => {}, { axes: axes(-1), mapping: "" }, settings);
+    expect(pushed.directions).toEqual(new Set(["forward"]));
+    expect(pushed.held).toEqual([{ kind: "axis", at: 9 }]);
+    const rests = said(() => {}, { axes: axes(9 / 7), mapping: "" }, settings);
+    expect([rests.directions.size, rests.held.length]).toEqual([0, 0]);
+  });
+
+  it("takes a button from what it did before, and must be let go of like it", () => {
+    const settings = teach({ speed: button(7), "control horn": button(1), stop: button(16) });
+    const reading = said(
+      (on) => [0, 1, 7].forEach((at) => void push(on, at)),
+      { mapping: "" },
+      settings,
+    );
+    expect(reading).toMatchObject({ stop: false, speed: true, motion: { linear: 0 } });
+    expect(reading.held.map(({ at }) => at)).toEqual([0, 1, 7]);
+    expect(said((on) => push(on, 16), {}, settings).stop).toBe(true);
+    expect(said((on) => push(on, 7), {}, settings).motion.linear).toBe(0);
+  });
+
+  it("leaves the usual button for Stop in force", () => {
+    expect(said((on) => push(on, 1), {}, teach({ stop: button(3) })).stop).toBe(true);
+  });
+});
+
+describe("the robot's controls", () => {
+  const controls = [
+    { name: "horn", pad_button: "X" },
+    { name: "lamp", pad_button: "" },
+  ];
+  const read = (at: number, mapping: GamepadMappingType, learnt: Learnt = {}) => {
+    const on = pad({ mapping });
+    push(on, at);
+    return readPad(on, { ...SETTINGS, learnt: { Xbox: learnt } }, false, controls).controls;
+  };
+
+  it("are pressed by the host's buttons on a standard gamepad, and by what was taught on any", () => {
+    expect(read(2, "standard")).toEqual(new Set(["horn"]));
+    expect(read(2, "")).toEqual(new Set());
+    const learnt = { "control lamp": { kind: "button", at: 2, to: 1 } } as const;
+    expect(read(2, "standard", learnt)).toEqual(new Set(["lamp"]));
+    expect(read(2, "", learnt)).toEqual(new Set(["lamp"]));
+  });
 });

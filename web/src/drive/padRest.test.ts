@@ -30,6 +30,7 @@ beforeEach(() => {
     deadZone: DEAD_ZONE,
     curve: 1,
     rests: {},
+    learnt: {},
   };
 });
 
@@ -52,6 +53,8 @@ function chooses(axes: number[], more: Partial<FakePad> = {}): void {
   gamepad = new GamepadInput(window, {
     input,
     ways: new Ways({ input, way: () => "hold", stepMs: () => 400 }),
+    controls: () => [],
+    operating: { press: vi.fn(), release: vi.fn(), toggle: vi.fn() },
     settings: () => settings,
     movesSideways: () => false,
     isDriving: () => true,

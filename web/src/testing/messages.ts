@@ -94,6 +94,7 @@ export function control(name: string, more: Partial<ControlInfo> = {}): ControlI
     step: 0.05,
     choices: [],
     key: "",
+    pad_button: "",
     moves: false,
     roles: ["operator"],
     ...more,

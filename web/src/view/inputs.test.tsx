@@ -13,7 +13,7 @@ import { createState, type State } from "../state";
 import { draw, undraw } from "../testing/draw";
 import { eventually } from "../testing/eventually";
 import { plugIn, takeAwayGamepads } from "../testing/gamepads";
-import { hello, planar, room } from "../testing/messages";
+import { control, hello, planar, room } from "../testing/messages";
 import { Axes } from "./drive/Axes";
 import { ScanPad } from "./drive/ScanPad";
 import { WaysPanel } from "./drive/WaysPanel";
@@ -26,7 +26,7 @@ let actions: Pick<
   Actions,
   "press" | "deflect" | "release" | "letGo" | "recentre" | "setDriving" | "useGamepad" | "scan"
 > &
-  Pick<Actions, "setAxis" | "stop" | "padRestNow">;
+  Pick<Actions, "setAxis" | "stop" | "padRestNow" | "learnPad">;
 const body = document.body;
 
 /** This page drives a robot that can pan and tilt. */
@@ -49,6 +49,7 @@ beforeEach(() => {
     }),
     useGamepad: vi.fn(),
     padRestNow: vi.fn(() => null),
+    learnPad: vi.fn(),
     scan: vi.fn(),
     setAxis: vi.fn(),
     stop: vi.fn(),
@@ -388,6 +389,47 @@ describe("the status of a gamepad", () => {
     expect(shown("unknown", { isReady: true })).toContain("button 2 stops, button 1 changes");
     expect(shown("bare", { isReady: true })).toContain("no button for Stop");
     takeAwayGamepads();
+  });
+});
+
+describe("the parts of a gamepad", () => {
+  const wish = () => vi.mocked(actions.learnPad).mock.lastCall?.[0];
+  const asks = (name: string) =>
+    act(() => getByRole(body, "button", { name: `Choose a part for “${name}”` }).click());
+  const learnt = () => state.preferences.value.gamepad.learnt;
+
+  beforeEach(() => {
+    state.hello.value = hello({ controls: [control("horn", { pad_button: "X" })] });
+    const found = [{ index: 1, id: "Stick", layout: "standard" as const }];
+    act(() => {
+      state.pads.value = { found, chosen: 1, isReady: true, held: [], unmoved: [] };
+    });
+  });
+
+  it("are chosen by pressing them, and taken away again", () => {
+    asks("horn");
+    expect(body.textContent).toContain("Press or push, on the gamepad");
+    expect(wish()?.isAxis).toBe(false);
+    act(() => wish()?.found({ kind: "button", at: 10, to: 1, from: 0 }));
+    expect(learnt()).toEqual({ Stick: { "control horn": { kind: "button", at: 10, to: 1 } } });
+    expect(wish()).toBeNull();
+    asks("Stop");
+    act(() => wish()?.found({ kind: "button", at: 10, to: 1, from: 0 }));
+    expect(body.textContent).toContain("“LS” is already for “horn”");
+    expect(learnt().Stick?.stop).toBeUndefined();
+    act(() => getByRole(body, "button", { name: "Take LS away from “horn”" }).click());
+    expect(learnt()).toEqual({ Stick: {} });
+  });
+
+  it("include axes beyond the sticks', each with where it rests", () => {
+    asks("Go ahead");
+    expect(wish()?.isAxis).toBe(true);
+    act(() => wish()?.found({ kind: "axis", at: 5, to: 1, from: -1.0001 }));
+    expect(learnt().Stick).toEqual({ ahead: { kind: "axis", at: 5, to: 1 } });
+    expect(state.preferences.value.gamepad.rests.Stick).toEqual([0, 0, 0, 0, 0, -1]);
+    asks("Turn left");
+    asks("Turn left");
+    expect(wish()).toBeNull();
   });
 });
 

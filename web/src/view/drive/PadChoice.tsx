@@ -1,11 +1,14 @@
 import { useSignal } from "@preact/signals";
 import { RANGES } from "../../drive/drivePreferences";
 import type { PadState } from "../../drive/gamepads";
+import type { Learnt } from "../../drive/learntParts";
 import type { PadLayout, PadPart, PadSettings } from "../../drive/padReading";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { Switch } from "../Switch";
 import { percent, written } from "./names";
+import { PadParts } from "./PadParts";
+import { partName } from "./padNames";
 import { Slider } from "./Slider";
 
 /** Which gamepad drives, if any, and how it answers. */
@@ -42,13 +45,15 @@ export function PadChoice() {
 }
 
 function PadWords() {
-  const { pads, mayMove, movesSideways } = useState();
+  const { pads, mayMove, movesSideways, preferences } = useState();
   const { found, chosen, isReady, held, unmoved } = pads.value;
   if (!("getGamepads" in navigator)) return <>{t("ways.pad_missing")}</>;
   if (found.length === 0) return <>{t("ways.pad_search")}</>;
   if (chosen === null) return null;
   const layout = chosenLayout(pads.value);
-  const actions = actionsOf(layout, movesSideways.value);
+  const id = found.find(({ index }) => index === chosen)?.id ?? "";
+  const learnt = preferences.value.gamepad.learnt[id] ?? {};
+  const actions = actionsOf(layout, learnt, movesSideways.value);
   if (!mayMove.value) return <>{t("ways.pad_idle", { actions })}</>;
   if (isReady) return <>{t("ways.pad_ready", { actions })}</>;
   const names = (parts: readonly PadPart[]) =>
@@ -95,30 +100,21 @@ function PadRestButton() {
   );
 }
 
-/** The labels of an Xbox gamepad's buttons, in the order of W3C Gamepad. */
-const PRINTED = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "View", "Start"];
-
-/** The label on the gamepad; numbers count from 1, as on sticks and in system settings. */
-function partName({ kind, at }: PadPart, layout: PadLayout): string {
-  const n = String(at + 1);
-  if (layout !== "standard") return t(kind === "axis" ? "ways.pad_axis" : "ways.pad_button", { n });
-  if (kind === "axis") return t(at < 2 ? "ways.pad_turn_left" : "ways.pad_turn_right");
-  return PRINTED[at] ?? t("ways.pad_button", { n });
-}
-
 /** What the gamepad's buttons do. */
-function actionsOf(layout: PadLayout, movesSideways: boolean): string {
-  if (layout === "bare") return t("ways.pad_no_stop");
-  const button = (at: number) => partName({ kind: "button", at }, layout);
-  const actions = t("ways.pad_actions", { stop: button(1), speed: button(0) });
+function actionsOf(layout: PadLayout, learnt: Learnt, movesSideways: boolean): string {
+  if (layout === "bare" && !learnt.stop) return t("ways.pad_no_stop");
+  const name = (at: number, use = "") => partName(learnt[use] ?? { kind: "button", at }, layout);
+  const actions = t("ways.pad_actions", { stop: name(1, "stop"), speed: name(0, "speed") });
   if (!movesSideways || layout !== "standard") return actions;
-  return t("ways.pad_sideways", { actions, left: button(4), right: button(5) });
+  return t("ways.pad_sideways", { actions, left: name(4), right: name(5) });
 }
 
 function PadFields() {
   const { pads, preferences, movesSideways } = useState();
   const { setDriving } = useActions();
   const { gamepad } = preferences.value;
+  const { found, chosen } = pads.value;
+  const pad = found.find(({ index }) => index === chosen);
   const { triggers, deadZone, curve } = gamepad;
   const isPlanar = movesSideways.value && chosenLayout(pads.value) === "standard";
   const which = isPlanar ? "planarTurn" : "turn";
@@ -160,6 +156,7 @@ function PadFields() {
         said={written(curve)}
         onSlide={(value) => set({ curve: value })}
       />
+      {pad && <PadParts key={pad.id} id={pad.id} layout={pad.layout} />}
     </>
   );
 }
