@@ -177,6 +177,15 @@ def peer_of(network: Network, events: Events, **more: Any) -> Peer:
     return Peer(network=network, events=events, **options | more)
 
 
+async def agree_on_ours(peer: Peer, browser: RTCPeerConnection) -> str:
+    """Have the browser answer the peer's offer; return the offer."""
+    offer = await peer.offer()
+    await browser.setRemoteDescription(RTCSessionDescription(offer, "offer"))
+    await browser.setLocalDescription(await browser.createAnswer())
+    await peer.accept(clean_offer(browser.localDescription.sdp))
+    return offer
+
+
 async def agree(peer: Peer, browser: RTCPeerConnection) -> str:
     """Have the peer answer the browser's offer; return the answer."""
     await browser.setLocalDescription(await browser.createOffer())

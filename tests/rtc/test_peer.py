@@ -26,7 +26,16 @@ from aiortc.rtp import (
 )
 from aiortc.sdp import SessionDescription
 from tests.rtc.networks import network, opened_network
-from tests.rtc.real_peer import ELSEWHERE, Events, Noted, Pictures, Sounds, agree, peer_of
+from tests.rtc.real_peer import (
+    ELSEWHERE,
+    Events,
+    Noted,
+    Pictures,
+    Sounds,
+    agree,
+    agree_on_ours,
+    peer_of,
+)
 from tests.until import async_until
 
 from wax.congestion.control import CongestionControl
@@ -96,6 +105,48 @@ async def test_messages_go_both_ways(pair: Pair) -> None:
     assert await pair.events.wait("received state") == "join"
     pair.peer.send("state", "hello")
     assert await asyncio.wait_for(got.get(), 5) == "hello"
+
+
+@pytest.mark.parametrize("mode", ["one-port", "full-ice"])
+async def test_a_browser_that_cannot_offer_answers_ours(
+    mode: Literal["one-port", "full-ice"],
+) -> None:
+    """It gets picture, sound and both channels; a second answer changes nothing."""
+    async with opened_network(mode) as opened:
+        events, congestion = Events(), Noted()
+        peer = peer_of(opened, events, congestion=congestion)
+        browser = RTCPeerConnection()
+        channels = [browser.createDataChannel(name) for name in ("drive", "state")]
+        offer = await agree_on_ours(peer, browser)
+        await events.wait("ready")
+        assert offer.count(f" {rtp.TRANSPORT_SEQUENCE}\r\n") == 2
+        await async_until(lambda: channels[0].readyState == "open")
+        channels[0].send("up")
+        assert await events.wait("received drive") == "up"
+        assert await events.wait("clock video")
+        assert await events.wait("clock audio")
+        assert congestion.sent_bytes
+        with pytest.raises(SignallingError):
+            await peer.accept(clean_offer(browser.localDescription.sdp))
+        assert peer.is_alive
+        await peer.close()
+        await browser.close()
+
+
+async def test_an_answer_that_cannot_be_used_ends_the_peer() -> None:
+    """An answer to another offer gets a sentence, and nothing is left of the peer."""
+    async with opened_network("one-port") as opened:
+        events = Events()
+        peer = peer_of(opened, events)
+        await peer.offer()
+        browser = RTCPeerConnection()
+        browser.addTransceiver("audio", direction="recvonly")
+        await browser.setLocalDescription(await browser.createOffer())
+        with pytest.raises(SignallingError):
+            await peer.accept(browser.localDescription.sdp)
+        assert not peer.is_alive
+        assert await events.wait("closed") is None
+        await browser.close()
 
 
 async def test_a_keyframe_leaves_in_several_passes(

@@ -122,10 +122,17 @@ class FakePeer:
         self.beat: str | None = None
         self.newest_picture_s = math.inf
         self.is_alive = True
+        self.accepted = ""
         FakePeer.made.append(self)
 
     async def answer(self, offer: str) -> str:
         return f"answer to {offer}"
+
+    async def offer(self) -> str:
+        return "our offer"
+
+    async def accept(self, answer: str) -> None:
+        self.accepted = answer
 
     def send(self, channel: Literal["drive", "state"], text: str) -> None:
         message = json.loads(text)

@@ -370,6 +370,21 @@ async def test_half_open_and_dead_peers_are_closed(rig: Rig) -> None:
     assert not list(rig.viewers)
 
 
+async def test_a_page_that_cannot_offer_is_offered_one_and_answers(rig: Rig) -> None:
+    """Only the tab that was offered it can answer, by a description that an offer could be."""
+    ada, bob = visitor("ada-1111"), visitor("bob-1111")
+    assert await rig.room.answer(ada, TAB, "") == "our offer"
+    for who, tab, answer in [(bob, TAB, OFFER), (ada, "tab-2222", OFFER), (ada, TAB, "v=1")]:
+        with pytest.raises(SignallingError):
+            await rig.room.accept(who, tab, answer)
+    peer = FakePeer.made[-1]
+    assert peer.accepted == ""
+    await rig.room.accept(ada, TAB, OFFER)
+    assert peer.accepted.startswith("v=0")
+    await rig.room.answer(ada, TAB, "")
+    assert not peer.is_alive
+
+
 async def test_a_turn_changes_hands_with_a_stop_between(rig: Rig) -> None:
     """At the end of a turn the robot stops before the next operator is told of their turn."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")

@@ -70,6 +70,7 @@ class FakeRoom:
         self.error: Exception | None = None
         self.full: Exception | None = None
         self.offers: list[tuple[str, str]] = []
+        self.accepted: list[tuple[str, str]] = []
         self.visitors: list[Visitor] = []
         self.missing: dict[str, str] = {}
         self.stops: list[tuple[object, ...]] = []
@@ -126,7 +127,11 @@ class FakeRoom:
         self.offers.append((tab, offer))
         if self.error is not None:
             raise self.error
-        return "v=0 answer"
+        return "v=0 answer" if offer else "v=0 offer"
+
+    async def accept(self, visitor: Visitor, tab: str, answer: str) -> None:
+        self.visitors.append(visitor)
+        self.accepted.append((tab, answer))
 
 
 @pytest.fixture
@@ -389,6 +394,19 @@ async def test_an_offer_is_answered(client: Client, room: FakeRoom) -> None:
     response = await client.post("/api/offer", json=GOOD)
     assert await response.json() == {"sdp": "v=0 answer"}
     assert room.offers == [("12345678-abcd", "v=0")]
+
+
+@pytest.mark.parametrize("path", ["/api/offer", "/api/embed"])
+async def test_a_page_that_cannot_offer_answers_ours(
+    client: Client, room: FakeRoom, path: str
+) -> None:
+    """It asks with an empty description, and sends its answer the same way."""
+    response = await client.post(path, json=GOOD | {"sdp": ""})
+    assert await response.json() == {"sdp": "v=0 offer"}
+    response = await client.post(path, json=GOOD | {"answers": True})
+    assert await response.json() == {"sdp": ""}
+    assert room.accepted == [(room.offers[0][0], "v=0")]
+    assert room.visitors[0].identity == room.visitors[1].identity
 
 
 @pytest.mark.parametrize(

@@ -32,11 +32,15 @@ class RequestBody(BaseModel):
 
 
 class OfferBody(RequestBody):
-    """A page's session description, and its tab."""
+    """A page's session description, and its tab.
+
+    A browser that cannot make an offer sends none, is answered with ours, and then `answers` it.
+    """
 
     most_bytes = MAX_BODY_BYTES
-    sdp: Annotated[str, Field(min_length=1, max_length=MAX_SDP_CHARS)]
+    sdp: Annotated[str, Field(max_length=MAX_SDP_CHARS)]
     client: Client
+    answers: bool = False
 
 
 class HostLink(RequestBody):
@@ -125,7 +129,10 @@ class EntryAnswer(_Answer):
 
 
 class OfferAnswer(_Answer):
-    """The server's session description; `host` if it takes this page for the host's."""
+    """The server's session description, empty for a page that `answers`.
+
+    `host` if it takes this page for the host's.
+    """
 
     sdp: str
     host: Annotated[bool, Field(exclude_if=not_)] = False

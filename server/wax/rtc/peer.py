@@ -8,12 +8,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import structlog
-from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc import RTCBundlePolicy, RTCPeerConnection, RTCSessionDescription
 
 from wax.errors import SignallingError
 from wax.rtc import private, private_association, rtp
 from wax.rtc.camera_sender import CameraSender
 from wax.rtc.codec_preference import prefer
+from wax.rtc.offer_extensions import with_extensions
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import Sender, SenderContext
 from wax.rtc.signalling import is_firefox, pictures, takes
@@ -24,7 +25,7 @@ from wax.sentence import Sentence
 from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Awaitable, Callable
 
     from aiortc import RTCDataChannel
     from aiortc.rtcrtptransceiver import RTCRtpTransceiver
@@ -85,7 +86,9 @@ class PeerEvents(Protocol):
 
 
 class Peer:
-    """A peer for one offer, answered once and closed once; a reconnect is a new peer.
+    """A peer for one offer, the page's or its own, answered once and closed once.
+
+    A reconnect is a new peer.
 
     `on_voice` gets the packets of the page's microphone, and None for each unreadable one; it must
     not raise. Without it nothing is received. The driving view's lane has precedence over the
@@ -115,9 +118,11 @@ class Peer:
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
+        self._is_offered = False
+        self._configuration = network.configuration()
         self._closing: asyncio.Task[None] | None = None
         with network.reached(meter, weak_callback(self._network_changed)):
-            self._pc = RTCPeerConnection(network.configuration())
+            self._pc = RTCPeerConnection(self._configuration)
             picture = self._transceiver("video")
         self._picture = PictureSender(
             self._context("video", picture),
@@ -140,25 +145,62 @@ class Peer:
 
         The work is spread over several passes of the event loop, so that none is long.
         """
+        await self._attempt(self._answer(offer))
+        return self._pc.localDescription.sdp
+
+    async def offer(self) -> str:
+        """Offer to a browser that cannot; it answers to `accept`. Raises as `answer` does.
+
+        There is room for the driving view, the sound and the data channels, not for the cameras.
+        """
+        await self._attempt(self._offer())
+        return self._pc.localDescription.sdp
+
+    async def accept(self, answer: str) -> None:
+        """Apply a checked answer to our offer, once; raises as `answer` does."""
+        if not self._is_offered:
+            raise SignallingError(Sentence("request.unanswerable"))
+        self._is_offered = False
+        await self._attempt(self._apply(RTCSessionDescription(answer, "answer")))
+
+    async def _attempt(self, step: Awaitable[None]) -> None:
         try:
-            description = RTCSessionDescription(offer, "offer")
-            self._picture.shows_at_once = not is_firefox(offer)
             with self._network.reached(self._meter, weak_callback(self._network_changed)):
-                await asyncio.sleep(0)
-                self._add_sound()
-                await self._add_cameras(offer)
                 async with asyncio.timeout(_ANSWER_S):
-                    await self._negotiate(description)
+                    await step
         except Exception as error:
             # aiortc's parser raises all sorts of errors; the page needs only one.
             _LOG.info("offer refused", error=repr(error))
             await self.close()
             raise SignallingError(Sentence("request.unanswerable")) from error
-        return self._pc.localDescription.sdp
 
-    async def _negotiate(self, offer: RTCSessionDescription) -> None:
+    async def _answer(self, offer: str) -> None:
         await asyncio.sleep(0)
-        await self._pc.setRemoteDescription(offer)
+        self._add_sound()
+        await self._add_cameras(offer)
+        await asyncio.sleep(0)
+        await self._apply(RTCSessionDescription(offer, "offer"))
+        answer = await self._pc.createAnswer()
+        await asyncio.sleep(0)
+        await self._pc.setLocalDescription(answer)
+
+    async def _offer(self) -> None:
+        # aiortc bundles our offer only if told so before there is a second transport.
+        self._configuration.bundlePolicy = RTCBundlePolicy.MAX_BUNDLE
+        await asyncio.sleep(0)
+        self._add_sound()
+        private.offer_channels(self._pc)
+        await asyncio.sleep(0)
+        sdp = (await self._pc.createOffer()).sdp
+        if self._congestion.uses_feedback:
+            sdp = with_extensions(sdp, _EXTENSIONS)
+        await self._pc.setLocalDescription(RTCSessionDescription(sdp, "offer"))
+        self._is_offered = True
+
+    async def _apply(self, theirs: RTCSessionDescription) -> None:
+        """Set the page's description, and how we receive; nothing is sent before both are set."""
+        self._picture.shows_at_once = not is_firefox(theirs.sdp)
+        await self._pc.setRemoteDescription(theirs)
         await asyncio.sleep(0)
         private.meter_receiving(self._pc, self._meter)
         if self._congestion.uses_feedback:
@@ -169,9 +211,6 @@ class Peer:
             private_association.delay_acknowledgements(
                 self._pc.sctp, association.acknowledgement, _ACKNOWLEDGE_S
             )
-        answer = await self._pc.createAnswer()
-        await asyncio.sleep(0)
-        await self._pc.setLocalDescription(answer)
 
     @property
     def is_alive(self) -> bool:

@@ -69,6 +69,7 @@ _SENDER: Final = "_RTCRtpTransceiver__sender"
 _RECEIVER: Final = "_RTCRtpTransceiver__receiver"
 _OFFER: Final = "_RTCPeerConnection__pendingRemoteDescription"
 _ANSWER: Final = "_RTCPeerConnection__currentRemoteDescription"
+_CHANNELS: Final = "_RTCPeerConnection__createSctpTransport"
 _CERTIFICATES: Final = "_RTCPeerConnection__certificates"
 _CERTIFICATE: Final = "_RTCDtlsTransport__local_certificate"
 _FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
@@ -100,6 +101,7 @@ _HAVE: Final[tuple[tuple[Any, str], ...]] = (
     (RTCDtlsTransport, "_recv_next _set_state _handle_rtp_data _handle_rtcp_data"),
     (RTCDtlsTransport, "_register_rtp_sender _unregister_rtp_sender"),
     (RTCIceGatherer, "getLocalParameters"),
+    (RTCPeerConnection, _CHANNELS),
     (rtcicetransport, "Connection"),
     (rtcrtpreceiver, "RemoteBitrateEstimator"),
     (RTCSctpTransport, "_handle_data _mark_received _receive _receive_chunk _send_chunk"),
@@ -612,6 +614,14 @@ def follow_bundle(transceiver: RTCRtpTransceiver) -> None:
     aiortc would leave it on the transport of the first of its kind, which it then stops.
     """
     transceiver._bundled = False
+
+
+def offer_channels(pc: RTCPeerConnection) -> None:
+    """Let our offer have room for the other end's data channels, without opening one of ours.
+
+    Call it once there is a transceiver, with whose transport it is then bundled.
+    """
+    getattr(pc, _CHANNELS)()
 
 
 def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:

@@ -62,7 +62,8 @@ class Entry:
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         """Answer a page's offer; the same tab of the same browser keeps its place, turn and name.
 
-        Of two concurrent offers the later one wins. Raises `NotAdmittedError`, `FullError`,
+        An empty one is answered with an offer, which the page's `accept` follows. Of two
+        concurrent offers the later one wins. Raises `NotAdmittedError`, `FullError`,
         `TooOftenError` or `SignallingError`.
         """
         viewer = self._viewers.of_tab(visitor.identity, tab)
@@ -70,14 +71,28 @@ class Entry:
         self._capacity.check(self._asking(visitor, viewer), self._clock.now_s(), embeds)
         await asyncio.sleep(0)  # this pass of the event loop has parsed the request
         # Before anything else: a bad offer must neither take a place nor end a good peer.
-        offer = clean_offer(offer, visitor.address, self._service.codecs.names)
-        if (lacks := lacking(offer, self._service.codecs)) is not None:
-            self._report_lacking(lacks)
-            raise SignallingError(lacks)
+        offer = offer and self._checked(visitor, offer)
         key = f"{visitor.identity} {tab}"
         async with self._answering.setdefault(key, asyncio.Lock()):
             await asyncio.sleep(0)  # each step in a pass of its own
             return await self._answer(visitor, tab, offer)
+
+    async def accept(self, visitor: Visitor, tab: str, answer: str) -> None:
+        """Accept the page's answer to our offer; raises `NotAdmittedError` or `SignallingError`."""
+        self._access.admit(visitor)
+        viewer = self._viewers.of_tab(visitor.identity, tab)
+        if viewer is None or viewer.peer is None:
+            raise SignallingError(Sentence("request.unanswerable"))
+        await asyncio.sleep(0)  # each step in a pass of its own
+        await viewer.peer.accept(self._checked(visitor, answer))
+
+    def _checked(self, visitor: Visitor, sdp: str) -> str:
+        """Return what matters of a page's description; raises `SignallingError`."""
+        clean = clean_offer(sdp, visitor.address, self._service.codecs.names)
+        if (lacks := lacking(clean, self._service.codecs)) is not None:
+            self._report_lacking(lacks)
+            raise SignallingError(lacks)
+        return clean
 
     def _report_lacking(self, sentence: Sentence) -> None:
         """Warn once per codec that a browser lacks it."""
@@ -113,7 +128,7 @@ class Entry:
             on_voice=self._voice_of(viewer),
         )
         viewer.peer, viewer.in_room_until_s = peer, float("-inf")
-        return await peer.answer(offer)
+        return await (peer.answer(offer) if offer else peer.offer())
 
     def _is_trusted(self, viewer: Viewer) -> bool:
         return self._events.viewer_role(viewer) not in ("observer", "embed")

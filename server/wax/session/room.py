@@ -123,6 +123,10 @@ class Room:
             raise FullError(GOODBYE)
         return await self._entry.answer(visitor, tab, offer)
 
+    async def accept(self, visitor: Visitor, tab: str, answer: str) -> None:
+        """Accept a page's answer to our offer; see `Entry.accept`."""
+        await self._entry.accept(visitor, tab, answer)
+
     # --- viewers' events (ViewerEvents) ----------------------------------------------------
 
     def viewer_connected(self, viewer: Viewer) -> None:

@@ -265,7 +265,7 @@ class Routes:
         offer = await _body(request, OfferBody)
         response, visitor = self._identified(request)
         try:
-            answer = await self._room.answer(visitor, offer.client, offer.sdp)
+            answer = await self._negotiate(visitor, offer.client, offer)
         except NoPlaceError as error:
             seat = self._room.rooms.seat_instead(visitor, offer.client, error)
             response.text = seat.model_dump_json()
@@ -277,6 +277,12 @@ class Routes:
             self._renew(request, response)
         return response
 
+    async def _negotiate(self, visitor: Visitor, tab: str, offer: OfferBody) -> str:
+        if offer.answers:
+            await self._room.accept(visitor, tab, offer.sdp)
+            return ""
+        return await self._room.answer(visitor, tab, offer.sdp)
+
     async def embed(self, request: web.Request) -> web.Response:
         """Answer a page in another site's frame, which may only watch, whoever's browser it is.
 
@@ -286,7 +292,7 @@ class Routes:
         offer = await _body(request, OfferBody)
         known_by = hashlib.sha256(offer.client.encode()).hexdigest()
         visitor = Visitor(f"embed {known_by}", request[_VISITOR].address, is_embed=True)
-        answer = await self._room.answer(visitor, "", offer.sdp)
+        answer = await self._negotiate(visitor, "", offer)
         response = _json(OfferAnswer(sdp=answer))
         response.enable_compression()
         return response

@@ -50,6 +50,13 @@ class FakeConnection extends EventTarget {
     return channel;
   };
   createOffer = vi.fn(async () => ({ type: "offer" as const, sdp: offer }));
+  createAnswer = async () => ({ type: "answer" as const, sdp: "v=0 our answer" });
+  offered = ["video", "audio"].map((kind) => ({
+    direction: "recvonly",
+    receiver: { track: { kind } },
+    sender: {},
+  }));
+  getTransceivers = () => this.offered;
   getConfiguration = () => ({});
   policy: RTCIceTransportPolicy | undefined;
   setConfiguration({ iceServers = [], iceTransportPolicy }: RTCConfiguration): void {
@@ -73,6 +80,7 @@ let more: object;
 
 beforeEach(() => {
   FakeConnection.made = [];
+  Peer.cannotOffer = false;
   vi.stubGlobal("document", { documentElement: { dataset: {} } });
   vi.stubGlobal("RTCPeerConnection", FakeConnection);
   vi.stubGlobal("RTCRtpReceiver", { getCapabilities: () => ({ codecs: CODECS }) });
@@ -426,9 +434,10 @@ it("does not blame the network if the connection has worked", async () => {
   expect(lost).toHaveBeenCalledWith(pageSentence("link.lost"), null);
 });
 
-it.each(STEPS)("fails with a reason after 4 s if the browser never finishes %s", async (api) => {
+/** From now on this step of the browser's never settles; resolves once it is begun. */
+function hangs(api: string): Promise<void> {
   vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout"] });
-  const asked = new Promise<void>((resolve) => {
+  return new Promise<void>((resolve) => {
     vi.stubGlobal(
       "RTCPeerConnection",
       class extends FakeConnection {
@@ -439,7 +448,60 @@ it.each(STEPS)("fails with a reason after 4 s if the browser never finishes %s",
       },
     );
   });
-  const { lost } = connect();
-  await asked;
-  await expectGivenUpAfter4s(lost, api);
+}
+
+it.each(STEPS.slice(1))(
+  "fails with a reason after 4 s if the browser never finishes %s",
+  async (api) => {
+    const asked = hangs(api);
+    const { lost } = connect();
+    await asked;
+    await expectGivenUpAfter4s(lost, api);
+  },
+);
+
+describe("a browser that never makes an offer", () => {
+  let bodies: object[];
+
+  beforeEach(async () => {
+    const asked = hangs("createOffer");
+    const { lost } = connect();
+    await asked;
+    await vi.advanceTimersByTimeAsync(2000);
+    const why = pageSentence("link.browser_hangs", { api: "createOffer" });
+    expect(lost).toHaveBeenCalledExactlyOnceWith(why, null);
+    vi.useRealTimers();
+    bodies = [];
+    vi.stubGlobal("CompressionStream", undefined);
+    vi.stubGlobal("fetch", async (url: string, { body }: RequestInit) => {
+      if (url === "api/ice") return ice();
+      bodies.push(JSON.parse(String(body)));
+      const sdp = bodies.length === 1 ? "v=0 the server's" : "";
+      return new Response(JSON.stringify({ sdp, host: true }));
+    });
+  });
+
+  it("takes the server's from the next connection on", async () => {
+    const { peer, connected, connection, lost, answered } = connect(true);
+    await connected;
+    expect(lost).not.toHaveBeenCalled();
+    expect(answered).toHaveBeenCalledOnce();
+    expect(bodies).toEqual([
+      { sdp: "", client: "client" },
+      { sdp: "v=0 our answer", client: "client", answers: true },
+    ]);
+    expect(connection.remoteDescription).toEqual({ type: "offer", sdp: "v=0 the server's" });
+    expect(connection.localDescription?.type).toBe("answer");
+    const [picture, sound] = connection.offered;
+    expect([peer.sound, peer.picture]).toEqual([sound?.receiver, picture?.receiver]);
+    expect([sound?.direction, picture?.direction]).toEqual(["sendrecv", "recvonly"]);
+    expect(peer.cameras).toEqual([]);
+  });
+
+  it("says so if the server offers no picture", async () => {
+    const { connected, connection, lost } = connect();
+    connection.offered = [];
+    await connected;
+    expect(lost).toHaveBeenCalledExactlyOnceWith(pageSentence("link.no_description"), null);
+  });
 });

@@ -5,8 +5,8 @@ import { withVoice } from "../voice/answer";
 import { ENCODINGS, type VoiceEncoding } from "../voice/encoding";
 import { Unsettled, within } from "../within";
 import { pageSentence, type Saying, says } from "../words/said";
-import { RequestError } from "./http";
-import { askIce, gathered, offerOf, postOffer, type Sent } from "./signalling";
+import { packed, RequestError } from "./http";
+import { askIce, gathered, postOffer, type Sent } from "./signalling";
 import { withStereo } from "./stereo";
 import { makePeer } from "./unbound";
 
@@ -36,20 +36,24 @@ export interface PeerEvents {
  * of two set-points; each one queued ahead of a release delays it by 40 ms on a modem's uplink.
  */
 const MAX_WAITING_BYTES = 256;
+/** Half of what other steps may take: the server's offer takes the other half. */
+const OFFER_MS = 2000;
 
 /**
  * One RTCPeerConnection: sound and pictures in, two data channels, and room for a voice. A reconnect
  * is a new peer.
  */
 export class Peer {
-  readonly sound: RTCRtpReceiver;
+  /** This browser never makes an offer, so that it takes the server's. */
+  static cannotOffer = false;
+  sound!: RTCRtpReceiver;
   /** The driving view. */
-  readonly picture: RTCRtpReceiver;
-  /** The cameras beside it, in the server's order. */
-  readonly cameras: readonly RTCRtpReceiver[];
+  picture!: RTCRtpReceiver;
+  /** The cameras beside it, in the server's order; none in the server's offer. */
+  cameras: readonly RTCRtpReceiver[] = [];
   readonly #pc: RTCPeerConnection;
   /** Sends the voice; created at the start, so that speaking needs no new offer. */
-  readonly #voice: RTCRtpSender | null = null;
+  #voice: RTCRtpSender | null = null;
   #answer: string | null = null;
   #isForHost = false;
   #encoding: VoiceEncoding | undefined = ENCODINGS[0];
@@ -60,19 +64,17 @@ export class Peer {
   /** `mayHaveVoice`: the server accepts voices; `cameras`: how many besides the driving view. */
   constructor(
     private readonly events: PeerEvents,
-    mayHaveVoice = false,
+    private readonly mayHaveVoice = false,
     cameras = 0,
   ) {
     const pc = makePeer({ bundlePolicy: "max-bundle" });
     this.#pc = pc;
-    const sound = pc.addTransceiver("audio", {
-      direction: mayHaveVoice ? "sendrecv" : "recvonly",
-    });
-    this.sound = sound.receiver;
-    if (mayHaveVoice) this.#voice = sound.sender;
-    this.picture = receivesPictures(pc);
-    this.cameras = Array.from({ length: cameras }, () => receivesPictures(pc));
-    events.receivers(this.sound, this.picture);
+    if (!Peer.cannotOffer) {
+      const direction = mayHaveVoice ? "sendrecv" : "recvonly";
+      const sound = pc.addTransceiver("audio", { direction });
+      this.#receive(sound, receivesPictures(pc));
+      this.cameras = Array.from({ length: cameras }, () => receivesPictures(pc));
+    }
     this.#channels = {
       drive: pc.createDataChannel("drive", { ordered: false, maxRetransmits: 0 }),
       state: pc.createDataChannel("state"),
@@ -96,8 +98,11 @@ export class Peer {
     try {
       const [ice, offer] = await Promise.all([
         askIce(signal),
-        this.#does("createOffer", pc.createOffer()),
-      ]);
+        Peer.cannotOffer ? null : within("createOffer", pc.createOffer(), OFFER_MS),
+      ]).catch((error) => {
+        Peer.cannotOffer ||= error instanceof Unsettled;
+        throw error;
+      });
       if (signal.aborted) return;
       this.events.reached();
       const { iceServers, relayOnly } = ice;
@@ -105,10 +110,13 @@ export class Peer {
         const iceTransportPolicy = relayOnly ? "relay" : "all";
         pc.setConfiguration({ ...pc.getConfiguration(), iceServers, iceTransportPolicy });
       }
-      await this.#does("setLocalDescription", this.#offer(offer));
       // Without ICE servers there is nothing to wait for: our checks tell the server our address.
-      if (iceServers.length > 0 && ice.wantsCandidates) await gathered(pc);
-      const request = await offerOf(pc.localDescription?.sdp ?? "", client);
+      const gathers = iceServers.length > 0 && ice.wantsCandidates;
+      if (offer) {
+        await this.#does("setLocalDescription", this.#setLocal(offer));
+        if (gathers) await gathered(pc);
+      }
+      const request = await packed({ sdp: pc.localDescription?.sdp ?? "", client });
       await mayOffer;
       if (signal.aborted) return;
       const answering = postOffer(request, signal);
@@ -120,9 +128,19 @@ export class Peer {
         this.events.sent(answer);
         return;
       }
-      this.events.answered();
       this.#answer = answer.sdp;
       this.#isForHost = answer.isForHost;
+      if (!offer) {
+        const { sendAnswer, takeOffer } = await import("./answering");
+        const { sound, picture } = await takeOffer(pc, answer.sdp, this.mayHaveVoice);
+        if (signal.aborted) return;
+        this.#receive(sound, picture.receiver);
+        this.events.answered();
+        const setLocal = (one: RTCSessionDescriptionInit) => this.#setLocal(one);
+        await sendAnswer(pc, client, { setLocal, gathers, signal });
+        return;
+      }
+      this.events.answered();
       const description = { type: "answer", sdp: this.#shaped(answer.sdp) } as const;
       await this.#does("setRemoteDescription", pc.setRemoteDescription(description));
     } catch (error) {
@@ -135,8 +153,17 @@ export class Peer {
       // No `instanceof`: the peer belongs to another frame, and so do its errors.
       const text = (error as Partial<Error> | null)?.message;
       const why = typeof text === "string" ? says(text) : pageSentence("link.lost");
-      this.#lose(refusal?.saying ?? why, refusal?.retryAfterMs ?? null);
+      const saying = error instanceof Unsettled ? error.saying : refusal?.saying;
+      this.#lose(saying ?? why, refusal?.retryAfterMs ?? null);
     }
+  }
+
+  /** Receives by these, to which transforms must be attached now. */
+  #receive(sound: RTCRtpTransceiver, picture: RTCRtpReceiver): void {
+    this.sound = sound.receiver;
+    this.picture = picture;
+    if (this.mayHaveVoice) this.#voice = sound.sender;
+    this.events.receivers(this.sound, picture);
   }
 
   /** Awaits a step of the browser's own; one that it never finishes ends this peer. */
@@ -179,7 +206,7 @@ export class Peer {
    * `connect`.
    */
   shape(encoding: VoiceEncoding): void {
-    if (!this.#voice || encoding === this.#encoding) return;
+    if (!this.#voice || encoding === this.#encoding || Peer.cannotOffer) return;
     this.#encoding = encoding;
     this.#shaping = this.#shaping.then(() => this.#reshape(encoding)).catch(() => {});
   }
@@ -189,7 +216,7 @@ export class Peer {
     const isLate = encoding !== this.#encoding || pc.signalingState !== "stable";
     if (this.#answer === null || this.#aborting.signal.aborted || isLate) return;
     const offer = await this.#does("createOffer", pc.createOffer());
-    await this.#does("setLocalDescription", this.#offer(offer));
+    await this.#does("setLocalDescription", this.#setLocal(offer));
     try {
       const description = { type: "answer", sdp: this.#shaped(this.#answer) } as const;
       await this.#does("setRemoteDescription", pc.setRemoteDescription(description));
@@ -199,10 +226,10 @@ export class Peer {
     }
   }
 
-  /** Sets the offer with stereo sound; unchanged where the browser does not allow that. */
-  async #offer(offer: RTCSessionDescriptionInit): Promise<void> {
-    const stereo = { type: offer.type, sdp: withStereo(offer.sdp ?? "") };
-    await this.#pc.setLocalDescription(stereo).catch(() => this.#pc.setLocalDescription(offer));
+  /** Sets our description with stereo sound; unchanged where the browser does not allow that. */
+  async #setLocal(ours: RTCSessionDescriptionInit): Promise<void> {
+    const stereo = { type: ours.type, sdp: withStereo(ours.sdp ?? "") };
+    await this.#pc.setLocalDescription(stereo).catch(() => this.#pc.setLocalDescription(ours));
   }
 
   #shaped(answer: string): string {

@@ -1,7 +1,7 @@
 import { expect, it, vi } from "vitest";
 import { says } from "../words/said";
-import { RequestError } from "./http";
-import { askIce, gathered, offerOf, postOffer } from "./signalling";
+import { packed, RequestError } from "./http";
+import { askIce, gathered, postOffer } from "./signalling";
 
 const signal = new AbortController().signal;
 
@@ -15,7 +15,7 @@ it("posts offer and client as JSON and returns the answer's text", async () => {
   vi.stubGlobal("CompressionStream", undefined);
   const fetching = vi.fn(async () => new Response('{"sdp": "v=0 answer"}'));
   vi.stubGlobal("fetch", fetching);
-  expect(await postOffer(await offerOf("v=0", "some-uuid"), signal)).toEqual({
+  expect(await postOffer(await packed({ sdp: "v=0", client: "some-uuid" }), signal)).toEqual({
     sdp: "v=0 answer",
     isForHost: false,
   });
@@ -29,7 +29,7 @@ it("uses a separate path from a frame, and sends no cookie", async () => {
   );
   vi.stubGlobal("fetch", fetching);
   await askIce(signal);
-  await postOffer(await offerOf("v=0", "some-uuid"), signal);
+  await postOffer(await packed({ sdp: "v=0", client: "some-uuid" }), signal);
   const asked = fetching.mock.calls as unknown as [string, RequestInit][];
   expect(asked.map(([path, { credentials }]) => [path, credentials])).toEqual([
     ["api/ice", "omit"],
@@ -38,7 +38,7 @@ it("uses a separate path from a frame, and sends no cookie", async () => {
 });
 
 it("compresses the offer if the browser can, since an uplink may be a modem's", async () => {
-  const { headers, body } = await offerOf("v=0", "some-uuid");
+  const { headers, body } = await packed({ sdp: "v=0", client: "some-uuid" });
   expect(headers).toMatchObject({ "Content-Encoding": "gzip" });
   const stream = (body as Blob).stream().pipeThrough(new DecompressionStream("gzip"));
   expect(await new Response(stream).text()).toBe(PLAIN.body);

@@ -3,7 +3,7 @@
 import { isFramed } from "../framed";
 import type { Answers, SentToRoom } from "../messages";
 import { pageSentence } from "../words/said";
-import { type Asked, ask, packed, RequestError, timed } from "./http";
+import { type Asked, ask, RequestError, timed } from "./http";
 
 const GATHERING_MS = 2000;
 /** A relay candidate takes the most round trips; after it, no others are worth waiting for. */
@@ -36,9 +36,6 @@ export async function askIce(signal: AbortSignal): Promise<Ice> {
     return NO_ICE;
   }
 }
-
-/** The request with an offer; compressing it saves a modem a second. */
-export const offerOf = (sdp: string, client: string) => packed({ sdp, client });
 
 /**
  * Posts the offer and returns the answer, or where to watch instead; throws `RequestError`.
