@@ -559,6 +559,7 @@ def _tape_export(shelf: Shelf, settings: Settings, arguments: argparse.Namespace
         fps=arguments.fps,
         task=settings.recording.task,
         units={one.name: one.unit for one in settings.gauges},
+        choices={one.name: one.choices for one in settings.controls if one.choices},
         acts_next=arguments.action == "next",
         joins=arguments.join,
         copies=arguments.copy,

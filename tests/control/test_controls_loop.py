@@ -25,6 +25,7 @@ CONTROLS = [
     ControlSettings(name="horn", kind="button", roles=["operator", "host"]),
     ControlSettings(name="spin", kind="button", moves=True),
     ControlSettings(name="lift", kind="slider", moves=True),
+    ControlSettings(name="light", kind="choice", choices=["white", "warm", "red"]),
 ]
 HEAT = GaugeSettings(name="heat", label="Motors", stop_above=80.0)
 COOL = RobotState(connected=True, epoch=1, gauges={"heat": 20.0})
@@ -296,3 +297,15 @@ def test_the_status_names_the_gauge_even_during_a_stop(rig: Rig) -> None:
     rig.step()
     assert rig.loop.latched is not None
     assert rig.statuses[-1][2] != stopped_by(says("Bob"))
+
+
+def test_what_is_operated_is_told_as_numbers() -> None:
+    """What is set stays; what is held, until it is released; a choice is its number."""
+    rig = Rig()
+    assert rig.loop.operated == {}
+    assert rig.ask({"horn": 1.0}, {"light": 2.0}) is None
+    rig.step()
+    assert rig.loop.operated == {"horn": 1.0, "light": 2.0}
+    assert rig.ask({}) is None
+    rig.step()
+    assert rig.loop.operated == {"light": 2.0}

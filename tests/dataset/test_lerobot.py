@@ -48,6 +48,7 @@ OPTIONS: Final[dict[str, Any]] = {
     "fps": None,
     "task": "drive",
     "units": {"motor_c": "°C"},
+    "choices": {"light": ["white", "warm", "red"]},
     "acts_next": False,
     "joins": False,
     "copies": False,
@@ -212,28 +213,34 @@ def test_a_gap_in_the_pictures_is_never_filled(tape: Shelf, tmp_path: Path) -> N
     assert not [at_s for at_s in captured_s if 1.5 < at_s < 2.5]
 
 
-def test_axes_and_gauges_are_features_by_their_names(tape: Shelf, tmp_path: Path) -> None:
-    """An axis is where it was sent last; a gauge counts if the robot reported it throughout."""
+def test_axes_controls_and_gauges_are_features_by_their_names(tape: Shelf, tmp_path: Path) -> None:
+    """An axis is where it was sent last, a control what it was set to or held at; a gauge counts if
+    the robot reported it throughout.
+    """
     begin: list[Timed] = [
         (0.0, turned(1)),
         (0.001, steered(0.1)),
         (0.001, reported(gauges={"motor_c": 20.0})),
     ]
     later: list[Timed] = [
-        (1.0, steered(0.1, axes={"pan": 0.5})),
+        (1.0, steered(0.1, axes={"pan": 0.5}, controls={"light": 2.0})),
         (1.0, reported(gauges={"motor_c": 30.0, "odd": 1.0})),
         (2.0, steered(0.2, axes={"pan": 0.5})),
+        (3.0, steered(0.2, axes={"pan": 0.5})),
     ]
     write_part(tape, [*begin, *later], times_s(0))
     exported(tape, tmp_path / "out")
     features = json.loads((tmp_path / "out/meta/info.json").read_text())["features"]
-    assert features["action"]["names"] == ["linear_mps", "angular_rps", "axis.pan"]
+    names = ["linear_mps", "angular_rps", "axis.pan", "control.light"]
+    assert features["action"]["names"] == names
     state = features["observation.state"]["names"]
     assert state[-1] == "gauge.motor_c"
-    seen = {(row["action"][2], row["observation.state"][-1]) for row in rows(tmp_path / "out")}
-    assert seen == {(0.0, 20.0), (0.5, 30.0)}
+    found = rows(tmp_path / "out")
+    seen = {(*row["action"][2:], row["observation.state"][-1]) for row in found}
+    assert seen == {(0.0, 0.0, 20.0), (0.5, 2.0, 30.0), (0.5, 0.0, 30.0)}
     about = json.loads((tmp_path / "out/meta/wax.json").read_text())
     assert about["gauges"] == {"motor_c": "°C"}
+    assert about["choices"] == {"light": ["white", "warm", "red"]}
 
 
 def test_another_camera_and_rate_can_be_chosen(tape: Shelf, tmp_path: Path) -> None:

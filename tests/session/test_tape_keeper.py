@@ -73,6 +73,7 @@ class Rig:
         self.viewers: list[Viewer] = []
         self.robot_state = RobotState(connected=True)
         self.latched: LatchedStop | None = None
+        self.operated: dict[str, float] = {}
         self.keeper = TapeKeeper(
             cast("Recorder", self.writing),
             settings=RecordingSettings.model_validate(settings),
@@ -393,10 +394,16 @@ def test_where_the_robot_is_is_written_ten_times_a_second(rig: Rig) -> None:
     assert 8 <= len(rig.writing.of("reported")) <= 11
 
 
-def test_axes_and_gauges_are_written_where_there_are_any(rig: Rig) -> None:
-    """An axis keeps its position; busy gauges are written ten times a second, as a pose is."""
+def test_axes_controls_and_gauges_are_written_where_there_are_any(rig: Rig) -> None:
+    """An axis keeps its position; a control is written at once when it changes; busy gauges are
+    written ten times a second, as a pose is.
+    """
     rig.steer(Setpoint())
-    assert "axes" not in rig.writing.of("steered")[0]
+    assert not {"axes", "controls"} & set(rig.writing.of("steered")[0])
+    for rig.operated in ({"horn": 1.0}, {}):
+        rig.steer(Setpoint())
+    operated = [one.get("controls") for one in rig.writing.of("steered")]
+    assert operated == [None, {"horn": 1.0}, None]
     for number in range(50):
         gauges = {"motor_c": 20 + number / 100, "odd": math.nan}
         rig.robot_state = RobotState(connected=True, gauges=gauges)

@@ -91,8 +91,9 @@ class OperationState:
 
 @dataclass(frozen=True, slots=True)
 class ActiveControl:
-    """A control that is held or was set, and the value for the driver."""
+    """A control that is held or was set: its number as in `Operation`, and the driver's value."""
 
+    number: float
     value: ControlValue
     moves: bool
     is_held: bool
@@ -163,7 +164,7 @@ class Controls:
 
     def _active_control(self, name: str, value: float) -> ActiveControl:
         control = self._settings[name]
-        return ActiveControl(driver_value(control, value), control.moves, control.is_held)
+        return ActiveControl(value, driver_value(control, value), control.moves, control.is_held)
 
     def _unknown(self, operation: Operation) -> Refusal | None:
         if not math.isfinite(operation.sent_s):

@@ -367,6 +367,11 @@ class ControlLoop:
         return self._controls.values
 
     @property
+    def operated(self) -> Mapping[str, float]:
+        """The numbers of the controls that are held or were set, as the robot was sent them."""
+        return self._safe_driver.operated
+
+    @property
     def first_axes(self) -> Mapping[str, float]:
         """The positions, when the turn began, of the axes that had been moved."""
         return self._first_axes

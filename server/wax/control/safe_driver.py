@@ -139,6 +139,11 @@ class SafeDriver:
             self._answers = True
         return None
 
+    @property
+    def operated(self) -> dict[str, float]:
+        """The numbers of the controls that the robot was sent and that are not released."""
+        return {name: active.number for name, active in self._active.items()}
+
     def changes_controls(self, active: Mapping[str, ActiveControl]) -> bool:
         """Whether any control would get a new value."""
         return self._controlled is not None and self._active != active

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from wax.tape.selection import Selection
@@ -24,6 +24,7 @@ def export_lerobot(
     fps: int | None,
     task: str,
     units: Mapping[str, str],
+    choices: Mapping[str, Sequence[str]],
     acts_next: bool,
     joins: bool,
     copies: bool,
@@ -48,6 +49,7 @@ def export_lerobot(
         fps=fps,
         task=task,
         units=units,
+        choices=choices,
         acts_next=acts_next,
         joins=joins,
         copies=copies,

@@ -38,7 +38,8 @@ _SAID: Final = 10
 ABOUT_COLUMNS: Final = {
     "action": "the set-point that was in force when the picture was captured: metres and radians a"
     " second; ahead, to the left and counter-clockwise are positive; axis.NAME is where it was sent"
-    " last, from -1 to 1, and 0 before it was sent anywhere",
+    " last, from -1 to 1; control.NAME is 1 while it is on or held, a slider's value, or a choice's"
+    " number, from 0, in NAME's list under choices; both are 0 before they were used",
     "observation.state": "what the robot had reported last: metres, radians, volts; moving is 0 or"
     " 1, bumpers a bit for each, battery_fraction 0 (empty) to 1; the unit of gauge.NAME is that of"
     " NAME under gauges",
@@ -105,7 +106,8 @@ def _export(
         raise StateError("\n".join(["there is nothing to export", *_said(left_out)]))
     dataset.journal.left_out = left_out
     asked = asdict(options)
-    dataset.finish({"columns": ABOUT_COLUMNS, "gauges": asked.pop("units"), "asked": asked})
+    names = {"gauges": asked.pop("units"), "choices": asked.pop("choices")}
+    dataset.finish({"columns": ABOUT_COLUMNS, **names, "asked": asked})
     lines = [f"{folder}: {len(episodes)} episodes, {_length(episodes, layout)}"]
     return "\n".join([*lines, *_said(left_out)])
 

@@ -26,8 +26,10 @@ _Event = TypeVar("_Event")
 ACTIONS: Final = ("linear_mps", "angular_rps", "lateral_mps")
 """The fields of a set-point that are actions."""
 AXIS: Final = "axis."
+CONTROL: Final = "control."
 GAUGE: Final = "gauge."
-"""What the names of axes, among the actions, and of gauges, among the observations, begin with."""
+"""What the names of axes and controls, among the actions, and of gauges, among the observations,
+begin with."""
 OBSERVED: Final = ("moving", "x_m", "y_m", "heading_rad", *ROBOT_VALUES)
 """The fields of a report that are observations, as far as the robot reports them."""
 
@@ -175,8 +177,14 @@ def told(report: Reported) -> dict[str, float]:
     return found | {GAUGE + name: value for name, value in report.gauges.items()}
 
 
+def named(steered: Steered) -> dict[str, float]:
+    """Return the axes and controls of a set-point by the names of their actions."""
+    axes = {AXIS + name: value for name, value in steered.axes.items()}
+    return axes | {CONTROL + name: value for name, value in steered.controls.items()}
+
+
 def _action(steered: Steered, name: str) -> float:
-    if name.startswith(AXIS):
-        return steered.axes.get(name.removeprefix(AXIS), 0.0)
-    value: float = getattr(steered, name)
-    return value
+    if name in ACTIONS:
+        value: float = getattr(steered, name)
+        return value
+    return named(steered).get(name, 0.0)

@@ -53,6 +53,8 @@ class Options:
     task: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
     """The units of the robot's gauges by their names."""
+    choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """What one chooses from, by the names of the controls that are a choice."""
 
 
 class PieceWriter:

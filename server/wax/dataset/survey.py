@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import av
 
 from wax.dataset.episodes import QUIET_S, EpisodeFinder, LeftOut
-from wax.dataset.frames import ACTIONS, AXIS, told
+from wax.dataset.frames import ACTIONS, named, told
 from wax.dataset.pictures import picture_file
 from wax.errors import StateError, reason_of
 from wax.protocol.tape_events import Commanded, Filmed, Reported, Steered
@@ -120,14 +120,14 @@ class _Values:
 
     def __init__(self) -> None:
         self._sideways = False
-        self._axes: set[str] = set()
+        self._named: set[str] = set()
         self._told: dict[str, float] | None = None
 
     def add(self, event: TapeEvent) -> None:
         match event:
             case Steered():
                 self._sideways = self._sideways or event.lateral_mps != 0
-                self._axes.update(event.axes)
+                self._named.update(named(event))
             case Reported() if event.connected:
                 values = told(event)
                 before = values if self._told is None else self._told
@@ -136,7 +136,7 @@ class _Values:
     @property
     def actions(self) -> tuple[str, ...]:
         moves = ACTIONS if self._sideways else ACTIONS[:2]
-        return (*moves, *(AXIS + name for name in sorted(self._axes)))
+        return (*moves, *sorted(self._named))
 
     @property
     def observed(self) -> tuple[str, ...]:

@@ -55,7 +55,8 @@ class Steered(_Event):
 
     It lasts until the next. Speeds sideways are absent where they are 0. `reason` is why the robot
     is held, `limit` why it is slower than asked. `axes` are the positions that the gate let through
-    last, absent before the first.
+    last, absent before the first. `controls` are those that are held or were set, absent without
+    any: 1 for a button or toggle that is on, a slider's value, the number of a choice from 0.
     """
 
     type: Literal["steered"] = "steered"
@@ -69,6 +70,7 @@ class Steered(_Event):
     lateral_mps: Annotated[float, Field(exclude_if=not_)] = 0.0
     wanted_lateral_mps: Annotated[float, Field(exclude_if=not_)] = 0.0
     axes: Annotated[dict[str, float], Field(exclude_if=not_)] = {}
+    controls: Annotated[dict[str, float], Field(exclude_if=not_)] = {}
 
 
 class Reported(RobotReport, _Event):

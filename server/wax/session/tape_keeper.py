@@ -169,6 +169,7 @@ class TapeKeeper(Listener):
                     lateral_mps=sent.lateral_mps,
                     wanted_lateral_mps=wanted.twist.lateral_mps,
                     axes=dict(self._axes),
+                    controls=dict(self._control.operated),
                     reason=reason,
                     limit=None if wanted.limit is None else name_of(wanted.limit),
                 ),
