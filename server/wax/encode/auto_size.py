@@ -110,7 +110,7 @@ def prepare(
     best = prepared(HD) if is_seen else prepared(VGA, "there is no picture")
     top = best.settings.video.renditions[0]
     is_large = top.width * top.height > VGA.width * VGA.height
-    if not (is_seen and is_auto and is_large) or best.encoders[0].has_hardware_for(top):
+    if not (is_seen and is_auto and is_large) or best.encoders[0].hardware_for(top) is not None:
         return best
     took_ms, may_ms = encode_ms(top, video.codec), most_ms(top.fps)
     measured = (

@@ -55,7 +55,7 @@ class Encoders:
         def by_processor() -> PictureEncoder:
             return VideoEncoder(codec=self._codec, rendition=rendition)
 
-        hardware = self._hardware_for(rendition)
+        hardware = self.hardware_for(rendition)
         if hardware is None:
             return by_processor()
         return _WithFallback(
@@ -66,12 +66,8 @@ class Encoders:
 
     def name_of(self, rendition: RenditionSettings) -> str:
         """Return FFmpeg's name of this rendition's encoder."""
-        hardware = self._hardware_for(rendition)
+        hardware = self.hardware_for(rendition)
         return SOFTWARE[self._codec] if hardware is None else hardware.name
-
-    def has_hardware_for(self, rendition: RenditionSettings) -> bool:
-        """Whether hardware encodes this rendition, as far as the trials tell."""
-        return self._hardware_for(rendition) is not None
 
     @property
     def problem(self) -> str | None:
@@ -98,7 +94,8 @@ class Encoders:
             "failed": dict(self._failed),
         }
 
-    def _hardware_for(self, rendition: RenditionSettings) -> Hardware | None:
+    def hardware_for(self, rendition: RenditionSettings) -> Hardware | None:
+        """Return the hardware that encodes this rendition, as far as the trials tell."""
         if self._best is None or rendition.name in self._failed:
             return None
         fps = self._sizes.get((rendition.width, rendition.height))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
 import av
@@ -13,7 +12,7 @@ from av.video.frame import PictureType
 
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 from wax.encode.parameter_sets import ParameterSets
-from wax.encode.video_encoder import declare_colours, frame_of
+from wax.encode.video_encoder import context_for, frame_of
 from wax.errors import reason_of
 
 if TYPE_CHECKING:
@@ -165,15 +164,7 @@ def _open(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecCont
 
 
 def _opened(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecContext:
-    context = av.CodecContext.create(hardware.name, "w")
-    assert isinstance(context, av.VideoCodecContext)
-    context.width = rendition.width
-    context.height = rendition.height
-    context.pix_fmt = hardware.pixels
-    declare_colours(context)
-    context.time_base = VIDEO_TIME_BASE
-    context.framerate = Fraction(rendition.fps).limit_denominator(1001)
-    context.bit_rate = rendition.bitrate_bps
+    context = context_for(hardware.name, rendition, hardware.pixels)
     context.gop_size = _GOP
     context.max_b_frames = 0
     context.profile = "Constrained Baseline"

@@ -128,7 +128,7 @@ class IntraEncoder:
 
     def __init__(self, rendition: RenditionSettings) -> None:
         self._rendition = rendition
-        self._context = _context("libvpx", rendition)
+        self._context = context_for("libvpx", rendition)
         self._context.gop_size = 0
         # In percent of the mean size: without it rate control exceeds the rate by a third.
         self._context.options = _steady(rendition) | _VP8_REALTIME | {"max-intra-rate": "100"}
@@ -213,7 +213,7 @@ def _scale(plane: NDArray[np.uint8], target: NDArray[np.uint8]) -> None:
 
 
 def _vp8(rendition: RenditionSettings, *, is_hurried: bool) -> av.VideoCodecContext:
-    context = _context("libvpx", rendition)
+    context = context_for("libvpx", rendition)
     kbps = rendition.bitrate_bps // 1000
     is_small = rendition.width * rendition.height * rendition.fps <= _SMALL_PIXELS_PER_S
     context.options = (
@@ -232,7 +232,7 @@ def _vp8(rendition: RenditionSettings, *, is_hurried: bool) -> av.VideoCodecCont
 
 
 def _h264(rendition: RenditionSettings, *, is_hurried: bool) -> av.VideoCodecContext:
-    context = _context("libx264", rendition)
+    context = context_for("libx264", rendition)
     context.profile = "Baseline"
     context.options = _steady(rendition) | {
         # As sharp as "veryfast" but for 0.003 of SSIM, in 2/3 of its time; "ultrafast" loses 0.015.
@@ -263,22 +263,18 @@ def _steady(rendition: RenditionSettings) -> dict[str, str]:
     return {"maxrate": rate, "minrate": rate, "bufsize": str(rendition.bitrate_bps // 2)}
 
 
-def declare_colours(context: av.VideoCodecContext) -> None:
-    """Declare a `Picture`'s colour space in the stream: BT.601 in limited range.
-
-    VP8 has no other (RFC 6386, 9.2). Browsers show undeclared H.264 as BT.709.
-    """
-    context.color_range = ColorRange.MPEG
-    context.colorspace = Colorspace.ITU601
-
-
-def _context(name: str, rendition: RenditionSettings) -> av.VideoCodecContext:
+def context_for(
+    name: str, rendition: RenditionSettings, pixels: str = "yuv420p"
+) -> av.VideoCodecContext:
+    """Return FFmpeg's encoder of this name for the rendition, not yet opened."""
     context = av.CodecContext.create(name, "w")
     assert isinstance(context, av.VideoCodecContext)
     context.width = rendition.width
     context.height = rendition.height
-    context.pix_fmt = "yuv420p"
-    declare_colours(context)
+    context.pix_fmt = pixels
+    # A `Picture`'s colour space. VP8 has no other (RFC 6386, 9.2), and browsers show H.264 that
+    # declares none as BT.709.
+    context.color_range, context.colorspace = ColorRange.MPEG, Colorspace.ITU601
     context.time_base = VIDEO_TIME_BASE
     context.framerate = Fraction(rendition.fps).limit_denominator(1001)
     context.bit_rate = rendition.bitrate_bps

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from wax.capture.newest_slot import NewestSlot
+from wax.encode.choice import Encoders
 from wax.encode.rendition import Rendition
-from wax.encode.video_encoder import VideoEncoder
 from wax.fanout.batches import in_batches
 from wax.fanout.video_lane import VideoLane
 from wax.machine import cores
@@ -52,14 +52,13 @@ class VideoHub:
         clock: Clock,
         make_encoder: Callable[[RenditionSettings], PictureEncoder] | None = None,
     ) -> None:
-        make = make_encoder or partial(_make_encoder, settings.codec)
         self.slot: NewestSlot[Picture] = NewestSlot()
         self._clock = clock
         self._lanes: dict[HubLane, Callable[[EncodedPicture], None]] = {}
         self._first: HubLane | None = None
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._make = make
+        self._make = make_encoder or Encoders(settings).make
         self._keyframe_interval_s = settings.keyframe_interval_s
         self._renditions = {one.name: self._rendition(one) for one in settings.renditions}
         self._shared = tuple(self._renditions)
@@ -206,7 +205,3 @@ class VideoHub:
         if picture.keyframe:  # lanes switch now, which may leave the old rendition unused
             calls.append(self._refresh)
         in_batches(calls)
-
-
-def _make_encoder(codec: Literal["vp8", "h264"], rendition: RenditionSettings) -> PictureEncoder:
-    return VideoEncoder(codec=codec, rendition=rendition)

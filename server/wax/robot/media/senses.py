@@ -24,16 +24,17 @@ _OPEN_S: Final = 5.0
 _CLOSE_S: Final = 0.2
 
 
-class RemoteCamera:
-    """A `VideoSource`; `start` starts the process if it is not running yet, `end` ends it."""
+class _RemoteSense:
+    """`start` starts the process if it is not running yet, and `end` ends it.
 
-    rest_s: Final = REST_S
+    Without `end` the process keeps a source open, and reopens it if it fails.
+    """
 
     def __init__(
         self,
         link: MediaProcessLink,
         start: Callable[[], None],
-        end: Callable[[], None] | None = None,
+        end: Callable[[], None] = lambda: None,
     ) -> None:
         self._link = link
         self._start = start
@@ -41,6 +42,15 @@ class RemoteCamera:
 
     def open(self) -> None:
         self._start()
+
+    def close(self) -> None:
+        self._end()
+
+
+class RemoteCamera(_RemoteSense):
+    """A `VideoSource`."""
+
+    rest_s: Final = REST_S
 
     def read(self) -> Picture:
         try:
@@ -52,24 +62,12 @@ class RemoteCamera:
             raise SourceError(error.sentence) from error
         return memory.read(answer.width, answer.height, answer.captured_s, answer.within_s)
 
-    def close(self) -> None:
-        """End the process with `end`; else it keeps the camera open, and reopens it if it fails."""
-        if self._end is not None:
-            self._end()
 
-
-class RemoteMicrophone:
+class RemoteMicrophone(_RemoteSense):
     """An `AudioSource`."""
 
     rest_s: Final = REST_S
-
-    def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
-        self._link = link
-        self._start = start
-        self._question = NEXT
-
-    def open(self) -> None:
-        self._start()
+    _question = NEXT
 
     def catch_up(self) -> None:
         self._question = NEWEST
@@ -86,16 +84,9 @@ class RemoteMicrophone:
         shaped = samples if answer.channels == 1 else samples.reshape(-1, answer.channels)
         return Sound(shaped, answer.captured_s)
 
-    def close(self) -> None:
-        """Do nothing: the process keeps the microphone open and reopens it when it fails."""
 
-
-class RemoteSpeaker:
+class RemoteSpeaker(_RemoteSense):
     """A `Speaker`."""
-
-    def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
-        self._link = link
-        self._start = start
 
     def open(self) -> None:
         self._start()
