@@ -150,8 +150,12 @@ def test_the_tape_is_listed_and_deleted(tmp_path: Path, capsys: pytest.CaptureFi
     (folder / "wax-20261123T140000Z.mcap").write_bytes(b"")
     config = tmp_path / "robot.toml"
     config.write_text(f'[recording]\nfolder = "{folder}"\n')
-    assert main(["tape", "--config", str(config), "list"]) == 0
-    assert "wax-20261123T140000Z" in capsys.readouterr().out
+    for asked in (
+        ["tape", "--config", str(config), "list"],
+        ["tape", "list", "--config", str(config)],
+    ):
+        assert main(asked) == 0
+        assert "wax-20261123T140000Z" in capsys.readouterr().out
     assert main(["tape", "--folder", str(folder), "delete"]) == 2
     assert "say what to delete" in capsys.readouterr().err
     assert main(["tape", "--folder", str(folder), "delete", "--all"]) == 0

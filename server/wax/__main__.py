@@ -208,11 +208,12 @@ def _init(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _takes_config(command: argparse.ArgumentParser) -> None:
+def _takes_config(*commands: argparse.ArgumentParser) -> None:
     """Accept `--config` after the command, too, where it overrides one before it."""
-    command.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    for command in commands:
+        command.add_argument(
+            "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+        )
 
 
 def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -302,7 +303,6 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         description="List, keep, repair or delete what [recording] has put on disk, also while it"
         " records. Times are in UTC.",
     )
-    _takes_config(tape)
     tape.add_argument("--folder", type=Path, metavar="DIR", help="if it is not as configured")
     acts = tape.add_subparsers(dest="act", metavar="ACT", required=True)
     acts.add_parser("list", help="show what there is")
@@ -314,6 +314,7 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     delete.add_argument("names", nargs="*", metavar="NAME", help="as `wax tape list` has them")
     delete.add_argument("--all", action="store_true", help="everything")
     delete.add_argument("--before", metavar="DATE", help="such as 2026-11-01, or 2026-11-01T18:30")
+    _takes_config(tape, *acts.choices.values())
 
 
 def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -357,10 +358,10 @@ def _add_hook(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         help="try whether [[hook]] reaches those who are to be told of events",
         description="Try the receivers of events, or describe the events.",
     )
-    _takes_config(hook)
     acts = hook.add_subparsers(dest="act", metavar="ACT", required=True)
     acts.add_parser("test", help="send each a sample, and say what came back")
     acts.add_parser("schema", help="print the JSON Schema of all events")
+    _takes_config(hook, *acts.choices.values())
 
 
 def _add_replay(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -1,0 +1,1 @@
+"""A policy that learns to drive to the red pillar from what drivers did; run by hand."""
