@@ -1,14 +1,14 @@
-// One standard gamepad, in the place of all that the browser knows.
+// One gamepad, in the place of all that the browser knows.
 () => {
     const pads = [null];
     const told = (type) => window.dispatchEvent(new Event(type));
     navigator.getGamepads = () => pads;
     window.waxPad = {
-        plug() {
+        plug({ id = "Test pad", mapping = "standard", buttons = 17 }) {
             pads[0] = {
-                index: 0, id: "Test pad", connected: true, mapping: "standard",
+                index: 0, id, connected: true, mapping,
                 timestamp: performance.now(), axes: [0, 0, 0, 0],
-                buttons: Array.from({ length: 17 }, () => ({ pressed: false, value: 0 })),
+                buttons: Array.from({ length: buttons }, () => ({ pressed: false, value: 0 })),
             };
             told("gamepadconnected");
         },

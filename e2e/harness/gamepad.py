@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from e2e.harness.scripts import Window
@@ -19,15 +20,16 @@ _SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
 
 
 class InjectedGamepad:
-    """One standard gamepad, replacing all gamepads that the window's browser knows."""
+    """One gamepad, by default a standard one, in the place of all that the browser knows."""
 
     def __init__(self, window: Window) -> None:
         self._window = window
 
     @classmethod
-    async def plugged_in(cls, window: Window) -> InjectedGamepad:
+    async def plugged_in(cls, window: Window, **more: Any) -> InjectedGamepad:
+        """Plug one in; `more` are its id, mapping and number of buttons, if it is another."""
         await window.evaluate(f"({_SCRIPT})()")
-        await window.evaluate("waxPad.plug()")
+        await window.evaluate(f"waxPad.plug({json.dumps(more)})")
         return cls(window)
 
     async def push(self, axis: int, value: float) -> None:

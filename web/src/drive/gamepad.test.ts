@@ -189,7 +189,6 @@ describe("choosing a part by pressing it", () => {
     drives();
     const found = vi.fn();
     gamepad.learn({ isAxis: false, found });
-    readings(1);
     mine.axes[1] = -1;
     readings(1);
     expect(input.isHolding).toBe(false);
@@ -228,6 +227,9 @@ describe("choosing a part by pressing it", () => {
     gamepad.use(0);
     readings(2);
     expect(state.isReady).toBe(true);
+    gamepad.use(null);
+    gamepad.learn({ isAxis: true, found });
+    readings(2);
     expect(found).not.toHaveBeenCalled();
   });
 });

@@ -57,8 +57,7 @@ export class GamepadInput {
   #starts = new Set<number>();
   /** The robot's controls that it has pressed. */
   readonly #operated = new Set<string>();
-  #wish: PadWish | null = null;
-  #learner: PadLearner | null = null;
+  #learning: { learner: PadLearner; found: PadWish["found"] } | null = null;
 
   constructor(
     private readonly window: Window,
@@ -74,8 +73,9 @@ export class GamepadInput {
 
   /** Moves nothing until the user has chosen a part by pressing or pushing it; null to go on. */
   learn(wish: PadWish | null): void {
-    this.#wish = wish;
-    this.#learner = null;
+    const pad = this.#pads().find(({ index }) => index === this.#state.chosen);
+    this.#learning =
+      wish && pad ? { learner: new PadLearner(pad, wish.isAxis), found: wish.found } : null;
   }
 
   /** Drives with this gamepad from now on; null for none. */
@@ -180,8 +180,14 @@ export class GamepadInput {
     // A page without the focus gets no keys either.
     const isInFront = !document.hidden && document.hasFocus();
     if (isInFront && this.options.isDriving() && now.stop && !last.stop) this.options.stop();
-    if (this.#wish && isInFront) {
-      this.#learn(this.#wish, pad, nowMs);
+    if (this.#learning && isInFront) {
+      this.#disarm();
+      const { learner, found } = this.#learning;
+      const part = learner.next(pad, nowMs);
+      if (part) {
+        this.learn(null);
+        found(part);
+      }
       return;
     }
     // Without the focus, browsers report old values.
@@ -195,15 +201,6 @@ export class GamepadInput {
     } else {
       this.#await(this.#rest.isLetGo(pad, now, nowMs), now.held);
     }
-  }
-
-  #learn(wish: PadWish, pad: Gamepad, nowMs: number): void {
-    this.#disarm();
-    this.#learner ??= new PadLearner(pad, wish.isAxis);
-    const part = this.#learner.next(pad, nowMs);
-    if (!part) return;
-    this.learn(null);
-    wish.found(part);
   }
 
   /** Becomes ready once nothing is held; until then shows what is held or must be moved. */

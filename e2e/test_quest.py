@@ -1,0 +1,57 @@
+"""Chromium shaped like a Quest's browser."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from e2e.harness.gamepad import InjectedGamepad
+from e2e.harness.quest import HEADSET, SHAPE, SQUEEZE, STICK_ACROSS, STICK_ALONG, TOUCH
+from e2e.harness.robot import stands_still, until_it_moves
+
+if TYPE_CHECKING:
+    from e2e.conftest import OpenViewer
+    from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
+
+
+async def test_in_a_headset_one_watches_and_drives_by_its_controller(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """It takes the server's offer, and drives by the stick that was pushed to choose it."""
+    viewer = await open_viewer(server, first=SHAPE, drives=True, **HEADSET)
+    pad = await takes_the_controller(viewer)
+    for use, axis in (("Go ahead", STICK_ALONG), ("Turn left", STICK_ACROSS)):
+        await viewer.button(f"Choose a part for “{use}”").tap()
+        await viewer.page.get_by_text("Push the stick or lever").wait_for()
+        await pad.push(axis, -1)
+        await pad.is_seen()
+        await pad.push(axis, 0)
+        await viewer.button(f"Take axis {axis + 1} away from “{use}”").wait_for()
+
+    async def let_go() -> None:
+        await pad.push(STICK_ACROSS, 0)
+        await pad.is_seen()
+
+    await viewer.page.get_by_text("The gamepad is ready").wait_for()
+    # A stick begins near its middle; one that jumps away is not trusted (`padRest.ts`).
+    await pad.push(STICK_ACROSS, -0.1)
+    await pad.is_seen()
+    await until_it_moves(server, lambda: pad.push(STICK_ACROSS, -1), let_go)
+    await pad.tap(SQUEEZE)
+    assert await stands_still(server)
+    await let_go()
+    await viewer.release_stop()
+
+    await viewer.page.reload()
+    await viewer.sees_picture()
+    await takes_the_controller(viewer)
+    await viewer.button("Take axis 4 away from “Go ahead”").wait_for()
+
+
+async def takes_the_controller(viewer: Viewer) -> InjectedGamepad:
+    """Choose the controller, which has no Start, by its name."""
+    pad = await InjectedGamepad.plugged_in(viewer.page, **TOUCH)
+    await viewer.open("Settings")
+    choice = viewer.page.get_by_role("combobox", name="Gamepad", exact=True)
+    await choice.select_option(label=TOUCH["id"])
+    return pad
