@@ -121,6 +121,7 @@ def test_the_file_of_an_older_version_is_read(tmp_path: Path) -> None:
         "is_locked": True,
         "is_closed": True,
         "closed_until_s": 5.0,
+        "camera_delay_ms": None,
     }
 
 
@@ -237,6 +238,7 @@ def test_a_full_disk_has_room_for_a_stop(tmp_path: Path, monkeypatch: pytest.Mon
         stop="observer",
         max_fraction=1 / 3,
         closed_until_s=-1e300 / 3,
+        camera_delay_ms=1000 / 3,
     )
     file.save(largest)
     until(file.close)

@@ -61,7 +61,17 @@ class LimitSpeed(Incoming):
     fraction: Annotated[float, Field(ge=0.05, le=1)]
 
 
-SwitchAct = HoldQueue | MuteVoices | Lock | Close | Blank | LimitSpeed
+CameraDelay = Annotated[float, Field(ge=0, le=2000)]
+
+
+class KeepCameraDelay(Incoming):
+    """Keep what camera, exposure and screen add to the picture's age, in ms; null forgets it."""
+
+    type: Literal["keep_camera_delay"]
+    delay_ms: CameraDelay | None
+
+
+SwitchAct = HoldQueue | MuteVoices | Lock | Close | Blank | LimitSpeed | KeepCameraDelay
 
 
 class HostSettings(Outgoing):
@@ -70,7 +80,8 @@ class HostSettings(Outgoing):
     `held`: no turn begins. `locked`: only invited people may stay. `blanked`: a card replaces
     picture and sound, and the robot is stopped. `message` is for everybody, empty if there is none;
     it expires at `message_ends_server_ms`, never if that is null. `max_fraction` is the fraction of
-    the robot's speed that guests may use.
+    the robot's speed that guests may use. `camera_delay_ms` is what the driving view's camera,
+    exposure and screen add to the picture's age, null unless the host has measured it.
     """
 
     held: bool = False
@@ -79,6 +90,7 @@ class HostSettings(Outgoing):
     message: str = ""
     message_ends_server_ms: float | None = None
     max_fraction: float = 1.0
+    camera_delay_ms: float | None = None
 
 
 class HostSwitches(BaseModel):
@@ -98,6 +110,7 @@ class HostSwitches(BaseModel):
     is_locked: bool = False
     is_closed: bool = False
     closed_until_s: float | None = None
+    camera_delay_ms: CameraDelay | None = None
 
     def after(self, act: SwitchAct) -> HostSwitches:
         """Return the values once this act is done."""
@@ -162,6 +175,7 @@ _ROWS: Final = (
     HostSwitch(Lock, field="locked", kept="is_locked", told="locked"),
     HostSwitch(MuteVoices, field="muted", kept="are_voices_muted"),
     HostSwitch(LimitSpeed, field="fraction", kept="max_fraction", told="max_fraction"),
+    HostSwitch(KeepCameraDelay, field="delay_ms", kept="camera_delay_ms", told="camera_delay_ms"),
 )
 SWITCHES: Final[Mapping[type[SwitchAct], HostSwitch]] = {one.act: one for one in _ROWS}
 AT_HOME: Final[Mapping[str, SwitchAtHome]] = {
