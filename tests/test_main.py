@@ -12,6 +12,7 @@ import pytest
 
 from wax import __version__
 from wax.__main__ import main, until_read
+from wax.access.host_link import HostLinkSocket
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,6 +55,25 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--version"])
     assert ended.value.code == 0
     assert capsys.readouterr().out.strip() == f"wax {__version__}"
+
+
+async def test_the_addresses_that_measure_delay_are_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`wax glass` prints the page that measures with a host link, and the code's without one."""
+    (tmp_path / "wax.toml").write_text(f'[server]\nstate_dir = "{tmp_path}"\n')
+    links = ["http://localhost:8080/#host=secret", "https://robot.example/below/#host=secret"]
+    served = HostLinkSocket(str(tmp_path), lambda: links)
+    await served.open()
+    arguments = ["glass", "--config", str(tmp_path / "wax.toml")]
+    assert await asyncio.to_thread(main, arguments) == 0
+    await served.close()
+    assert [line.strip() for line in capsys.readouterr().out.splitlines() if "://" in line] == [
+        "http://localhost:8080/?view=glass#host=secret",
+        "https://robot.example/below/?view=glass#host=secret",
+        "http://localhost:8080/?view=glass&only=code",
+        "https://robot.example/below/?view=glass&only=code",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -15,10 +15,23 @@ function preloadWorker(): Plugin {
   };
 }
 
+/** Drops from the HTML what only its authors need: everybody loads it. */
+function shorten(): Plugin {
+  return {
+    name: "shorten",
+    apply: "build",
+    transformIndexHtml: (html) =>
+      html
+        .replace(/<!--.*?-->/gs, "")
+        .replace(/\s*\n\s*/g, "\n")
+        .replaceAll(" />", ">"),
+  };
+}
+
 export default defineConfig({
   // A proxy may serve the page below a path.
   base: "./",
-  plugins: [preloadWorker()],
+  plugins: [preloadWorker(), shorten()],
   build: {
     outDir: "../server/wax/web/dist",
     emptyOutDir: true,

@@ -109,6 +109,13 @@ STATES: Final = (
         "1 person waits",
         has_stop=False,
     ),
+    State(
+        "glass",
+        "Measuring the delay with camera and screen (?view=glass)",
+        watching.glass,
+        "camera to screen",
+        has_stop=False,
+    ),
 )
 
 

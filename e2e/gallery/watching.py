@@ -113,3 +113,9 @@ async def embed(scene: Scene) -> None:
     await scene.somebody_drives()
     await scene.somebody_waits()
     await scene.opens("/?view=embed")
+
+
+async def glass(scene: Scene) -> None:
+    """Measure the delay with camera and screen while the camera sees no code."""
+    viewer = await scene.opens("/?view=glass")
+    await viewer.page.get_by_text("no code in the picture").wait_for()

@@ -139,6 +139,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_config(commands)
     _add_init(commands)
     _add_host_link(commands)
+    _add_glass(commands)
     _add_new_driver(commands)
     _add_prove_stop(commands)
     _add_records(commands)
@@ -232,6 +233,28 @@ def _host_link(arguments: argparse.Namespace) -> int:
             "[access.proxy] host_link is off: who is host is decided by groups at the sign-in"
         )
     print("\n".join(host_link.request_links(state_dir.find(settings.server.state_dir))))
+    return 0
+
+
+def _add_glass(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    glass = commands.add_parser(
+        "glass",
+        help="measure the delay from the robot's camera to a screen, both included",
+        description="Print the addresses of a page that measures, and of one that only shows the"
+        " time code that the robot's camera must see.",
+    )
+    _takes_config(glass)
+
+
+def _glass(arguments: argparse.Namespace) -> int:
+    settings = config.load(arguments.config)
+    links = host_link.request_links(state_dir.find(settings.server.state_dir))
+    print("Open one of these where you watch; the first browser becomes the host's:")
+    for link in links:
+        print(f"  {link.replace('#', '?view=glass#', 1)}")
+    print("It shows a time code for the robot's camera. To show it on another screen instead:")
+    for link in links:
+        print(f"  {link.partition('#')[0]}?view=glass&only=code")
     return 0
 
 
@@ -619,6 +642,7 @@ _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
     "config": _config,
     "devices": _devices,
     "doctor": _doctor,
+    "glass": _glass,
     "hook": _hook,
     "host-link": _host_link,
     "new-driver": _new_driver,

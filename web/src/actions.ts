@@ -90,6 +90,8 @@ export interface Session {
   history: History;
   /** Resolves once the first offer was sent; never where there is no connection. */
   offered: Promise<void>;
+  /** When the newest picture on screen was captured, on the server's clock; null while unknown. */
+  seenServerMs(): number | null;
   /** The element of the picture that is large, null while there is none. */
   shownPicture(): HTMLVideoElement | null;
   /** Takes a photo of it, in the largest size that the link carries. */

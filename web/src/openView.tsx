@@ -5,25 +5,34 @@ import { loadLaterEnglish, t } from "./words/words";
 
 const AGAIN_MS = 10_000;
 
-type View = ComponentType<{ session: Session }>;
+/** The module of a view. */
+interface Module {
+  View: ComponentType<{ session: Session }>;
+}
 
-/** What loads a frame's or a big screen's view; null for the normal page. */
-export function viewOf(search: string): (() => Promise<View>) | null {
-  if (isFramed()) return async () => (await import("./embed/Embed")).Embed;
-  // The big screen was once called `stage`.
-  if (!["big-screen", "stage"].includes(new URLSearchParams(search).get("view") ?? "")) return null;
-  return async () => (await import("./bigScreen/BigScreen")).BigScreen;
+/** What loads a frame's, a big screen's or `wax glass`'s view; null for the normal page. */
+export function viewOf(search: string): (() => Promise<Module>) | null {
+  if (isFramed()) return () => import("./embed/Embed");
+  switch (new URLSearchParams(search).get("view")) {
+    case "big-screen":
+    case "stage": // its name of old
+      return () => import("./bigScreen/BigScreen");
+    case "glass":
+      return () => import("./glass/Glass");
+    default:
+      return null;
+  }
 }
 
 /** Draws a view once it is loaded; retries by itself, because nobody attends it. */
 export async function openView(
   root: Element,
   session: Session,
-  load: () => Promise<View>,
+  load: () => Promise<Module>,
 ): Promise<void> {
   render(<p role="status">{t("big_screen.loading")}</p>, root);
   try {
-    const [View] = await Promise.all([load(), loadLaterEnglish()]);
+    const [{ View }] = await Promise.all([load(), loadLaterEnglish()]);
     render(<View session={session} />, root);
   } catch {
     render(<p role="alert">{t("big_screen.failed")}</p>, root);

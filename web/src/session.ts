@@ -149,11 +149,12 @@ export function startSession(): Session {
     },
   });
 
+  const seenServerMs = () => (wants().picture ? reporter.picture.newestServerMs : null);
   const controller = new DriveController({
     state,
     serverMs: () => link.clock.toServerMs(performance.now()),
     beat: () => link.beat,
-    seenServerMs: () => (wants().picture ? reporter.picture.newestServerMs : null),
+    seenServerMs,
     uplink: () => ({
       linkBps: state.served.peek()?.link_bps ?? null,
       waitingBytes: link.peer?.waitingBytes ?? 0,
@@ -655,6 +656,7 @@ export function startSession(): Session {
     actions,
     history,
     offered,
+    seenServerMs,
     shownPicture: () => elements.get(state.large.peek()),
     forPhoto: (take) => (state.large.peek() === null ? wantedSize.forPhoto(take) : take()),
     attachPicture(element) {

@@ -54,6 +54,8 @@ export function BigScreen({ session }: { session: Session }) {
   );
 }
 
+export { BigScreen as View };
+
 /** Why the picture is not live. */
 function Problem() {
   return (

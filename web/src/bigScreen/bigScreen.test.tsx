@@ -186,6 +186,6 @@ it("opens by its address, and retries if it could not be loaded", async () => {
   vi.advanceTimersByTime(10_000);
   expect(reload).toHaveBeenCalledOnce();
   at("https://robot.example.org/?view=big-screen");
-  await act(() => openView(body, session, async () => BigScreen));
+  await act(() => openView(body, session, async () => ({ View: BigScreen })));
   expect(getByRole(body, "heading", { name: "WAX" })).toBeTruthy();
 });

@@ -34,6 +34,8 @@ export function Embed({ session }: { session: Session }) {
   );
 }
 
+export { Embed as View };
+
 /** Why the picture is not live, in the server's words if it refused. */
 function Problem() {
   const state = useState();

@@ -36,7 +36,7 @@ function show(options: Parameters<typeof room>[0]): void {
 
 it("is chosen by the server, whatever the address asks for", async () => {
   const load = viewOf("?view=big-screen");
-  expect(await load?.()).toBe(Embed);
+  expect(await load?.()).toHaveProperty("View", Embed);
   delete root.dataset.view;
   expect(viewOf("?view=embed")).toBeNull();
 });

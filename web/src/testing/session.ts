@@ -19,6 +19,7 @@ export function testSession(state: State = createState(loadPreferences(null))): 
     actions,
     history: new History(),
     offered: Promise.resolve(),
+    seenServerMs: () => null,
     pictureStream: () => null,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),

@@ -20,18 +20,22 @@ import { NAMES, numbersNamed } from "./robotNumbers";
 
 /**
  * How well it plays, what is sent, and why. The picture age runs from when the server receives the
- * frame to when the browser presents it.
+ * frame to when the browser presents it; the host may have measured the rest (`glass/Glass.tsx`).
  */
 export function Facts() {
   const { facts, served, playout, player, room, box } = useState();
   const { pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
   const { pauses, freezes } = facts.value;
   const pictureMs = isUndated(room.value) ? null : facts.value.pictureMs;
+  const cameraMs = room.value?.host_settings.camera_delay_ms;
   const robot = room.value?.robot;
   return (
     <dl class="facts">
       <Fact name={t("facts.picture_age")}>{ageWords(pictureMs, pictureErrorMs)}</Fact>
-      {pictureMs !== null && (
+      {pictureMs !== null && typeof cameraMs === "number" && (
+        <Fact name={t("facts.end_to_end")}>{msWords(pictureMs + cameraMs)}</Fact>
+      )}
+      {pictureMs !== null && typeof cameraMs !== "number" && (
         <Fact name={t("facts.not_included")}>{t("facts.not_in_picture_age")}</Fact>
       )}
       <Fact name={t("facts.sound_age")}>{msWords(soundMs)}</Fact>

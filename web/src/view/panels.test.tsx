@@ -2,7 +2,8 @@
 import { getByText, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
 import { describe, expect, it } from "vitest";
-import { playout, served } from "../testing/messages";
+import { DEFAULTS } from "../generated/defaults";
+import { playout, room, served } from "../testing/messages";
 import { body, button, drawsPage, show, state } from "./page.test.setup";
 
 drawsPage();
@@ -65,6 +66,12 @@ it("shows how well it plays, what is sent and why", () => {
   act(() => button(/^Delay/).click());
   expect(told("Picture age")).toBe("46 ms ± 3");
   expect(told("Not included")).toContain("camera");
+  act(() => {
+    const host_settings = { ...DEFAULTS.HostSettings(), camera_delay_ms: 48 };
+    state.room.value = { ...room({ watching: [1] }), host_settings };
+  });
+  expect(told("With camera and screen")).toBe("94 ms");
+  expect(queryByText(body, "Not included")).toBeNull();
   expect(told("Sound age")).toBe("80 ms");
   expect(told("Skew")).toBe("sound 34 ms later");
   expect(told("Sound gaps, last minute")).toBe("none");
