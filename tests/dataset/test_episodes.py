@@ -78,6 +78,27 @@ def test_a_fault_ends_an_episode_until_the_robot_is_driven_again() -> None:
     assert spans(part, joins=True) == [(1, 0, 9)]
 
 
+def test_a_fault_ends_with_its_turn() -> None:
+    """The next operator's turn is an episode from its beginning, also in the next part."""
+    faults: Part = [(0, turned(1)), (3, FAULTED)]
+    assert spans([*faults, (6, turned(2)), (9, DRIVEN)]) == [(1, 0, 3), (2, 6, 9)]
+    assert spans(faults, [(4, turned(2)), (9, DRIVEN)]) == [(1, 0, 3), (2, 4, 9)]
+
+
+def test_a_turn_that_ends_while_stop_is_pressed_is_joined_to_its_end() -> None:
+    """With the choice to go on through a Stop, the whole turn is one episode."""
+    part: Part = [(0, turned(1)), (3, stopped(pressed=True)), (5, turned(1, None)), (9, DRIVEN)]
+    assert spans(part, joins=True) == [(1, 0, 5)]
+
+
+def test_a_part_that_only_repeats_what_lasts_counts() -> None:
+    """A Stop that it repeats ends the episode, whether or not another part follows."""
+    begin: Part = [(0, turned(1)), (9.5, DRIVEN)]
+    short: Part = [(10, turned(1)), (10, stopped(pressed=True))]
+    after: Part = [(11, turned(1)), (11, stopped(pressed=True)), (19, DRIVEN)]
+    assert spans(begin, short) == spans(begin, short, after) == [(1, 0, 10)]
+
+
 def test_an_episode_goes_on_in_the_next_part() -> None:
     """A part begins with what lasts: the turn, a pressed Stop; a fault lasts until it is driven."""
     begin: Part = [(0, turned(1)), (9.5, DRIVEN)]
@@ -94,6 +115,8 @@ def test_a_part_may_begin_before_the_last_one_ended() -> None:
     after: Part = [(10, turned(1)), (10, stopped(pressed=False)), (19, DRIVEN)]
     assert spans(begin, after) == [(1, 0, 9.9), (1, 10.05, 19)]
     assert spans([(0, turned(1)), (10.1, DRIVEN)], after) == [(1, 0, 19)]
+    nobody: Part = [(10, DRIVEN), (12, DRIVEN)]
+    assert spans([(0, turned(1)), (10.1, DRIVEN)], nobody) == [(1, 0, 10.1)]
 
 
 def test_a_server_that_starts_anew_ends_an_episode() -> None:

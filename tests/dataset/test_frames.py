@@ -110,9 +110,22 @@ def test_what_is_held_is_told() -> None:
     """Only the operator's commands count, and only while they are fresh."""
     begin: list[tuple[float, TapeEvent]] = [(0.0, steered(0.1)), (0.0, reported())]
     holds = (1.0, commanded(held=True))
-    watcher = (1.1, commanded(held=False, refused="not_your_turn"))
-    told = [frame(at_s, *begin, holds, watcher) for at_s in (0.9, 1.0, 1.2, 2.1)]
+    watchers = [
+        (1.1, commanded(held=False, refused="not_your_turn")),
+        (1.1, commanded(held=False, refused="other_turn")),
+    ]
+    told = [frame(at_s, *begin, holds, *watchers) for at_s in (0.9, 1.0, 1.2, 2.1)]
     assert [one.held for one in told if one is not None] == [False, True, True, False]
+    turns = commanded(held=False).model_copy(update={"angular": 0.5})
+    steers = frame(1.0, *begin, (1.0, turns))
+    assert steers is not None
+    assert steers.held
+
+
+def test_a_robot_that_reports_nothing_has_frames() -> None:
+    """Without any observation, the set-point is enough."""
+    timeline = Timeline([(0.0, steered(0.1))], actions=("linear_mps",), observed=())
+    assert timeline.frame(1.0) == DatasetFrame(1.0, (0.1,), (), PASSED, held=False)
 
 
 @given(

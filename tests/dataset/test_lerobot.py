@@ -27,11 +27,11 @@ from tests.dataset.driven_tape import (
 )
 from tests.tape.decoded import flashes_s
 
-from wax.dataset import piece_writer
+from wax.dataset import lerobot, piece_writer
 from wax.dataset.command import export_lerobot
 from wax.dataset.video_file import VideoFile
 from wax.errors import ConfigError, StateError
-from wax.protocol.tape_events import Filmed, Stopped
+from wax.protocol.tape_events import Filmed, Stopped, Tasked
 from wax.tape.selection import Selection, select
 from wax.tape.shelf import EVENTS, Shelf
 
@@ -220,7 +220,8 @@ def test_axes_controls_and_gauges_are_features_by_their_names(tape: Shelf, tmp_p
     begin: list[Timed] = [
         (0.0, turned(1)),
         (0.001, steered(0.1)),
-        (0.001, reported(gauges={"motor_c": 20.0})),
+        (0.001, reported(gauges={"motor_c": 20.0, "gone": 1.0})),
+        (0.001, reported(None, connected=False)),
     ]
     later: list[Timed] = [
         (1.0, steered(0.1, axes={"pan": 0.5}, controls={"light": 2.0})),
@@ -234,13 +235,80 @@ def test_axes_controls_and_gauges_are_features_by_their_names(tape: Shelf, tmp_p
     names = ["linear_mps", "angular_rps", "axis.pan", "control.light"]
     assert features["action"]["names"] == names
     state = features["observation.state"]["names"]
-    assert state[-1] == "gauge.motor_c"
+    assert state[1] == "x_m"
+    assert state[6:] == ["gauge.motor_c"]
     found = rows(tmp_path / "out")
     seen = {(*row["action"][2:], row["observation.state"][-1]) for row in found}
     assert seen == {(0.0, 0.0, 20.0), (0.5, 2.0, 30.0), (0.5, 0.0, 30.0)}
     about = json.loads((tmp_path / "out/meta/wax.json").read_text())
     assert about["gauges"] == {"motor_c": "°C"}
     assert about["choices"] == {"light": ["white", "warm", "red"]}
+
+
+def test_sideways_is_an_action_where_there_is_any(tape: Shelf, tmp_path: Path) -> None:
+    """A robot that only moves ahead and turns has two actions, this one three."""
+    moves = [
+        (at_s, steered(0.1, lateral_mps=lateral)) for at_s, lateral in ((0.1, 0.0), (2.0, 0.3))
+    ]
+    write_part(tape, [*driven(0), *moves], times_s(0))
+    exported(tape, tmp_path / "out")
+    features = json.loads((tmp_path / "out/meta/info.json").read_text())["features"]
+    assert features["action"]["names"] == ["linear_mps", "angular_rps", "lateral_mps"]
+
+
+def test_each_task_has_its_number(tape: Shelf, tmp_path: Path) -> None:
+    """What operators said that they do replaces the configured task, each text once."""
+    turns: list[Timed] = [(1.0, turned(2)), (2.0, turned(3)), (3.0, turned(4))]
+    said: list[Timed] = [
+        (at_s, Tasked(turn=turn, text="tidy")) for turn, at_s in ((2, 1.0), (4, 3.0))
+    ]
+    write_part(tape, [*driven(0), *turns, *said], times_s(0))
+    exported(tape, tmp_path / "out")
+    tasks = pq.read_table(tmp_path / "out/meta/tasks.parquet").to_pylist()
+    assert [one["task"] for one in tasks] == ["drive", "tidy"]
+    numbers = dict.fromkeys(
+        (row["episode_index"], row["task_index"]) for row in rows(tmp_path / "out")
+    )
+    assert list(numbers) == [(0, 0), (1, 1), (2, 0), (3, 1)]
+
+
+def test_each_episode_has_its_files_and_rows(
+    tape: Shelf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows are numbered through all episodes, files within folders of so many."""
+    monkeypatch.setattr(lerobot, "_FILES_A_CHUNK", 2)
+    turns: list[Timed] = [(1.0, turned(2)), (2.0, turned(3))]
+    write_part(tape, [*driven(0), *turns], times_s(0))
+    exported(tape, tmp_path / "out")
+    told = pq.read_table(tmp_path / "out/meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    assert [row["index"] for row in rows(tmp_path / "out")] == list(
+        range(sum(one["length"] for one in told))
+    )
+    for one in told:
+        file = f"chunk-{one['data/chunk_index']:03d}/file-{one['data/file_index']:03d}"
+        found = pq.read_table(tmp_path / f"out/data/{file}.parquet").to_pylist()
+        assert {row["episode_index"] for row in found} == {one["episode_index"]}
+        ends = one["dataset_from_index"], one["dataset_to_index"] - 1
+        assert (found[0]["index"], found[-1]["index"]) == ends
+        with av.open(str(tmp_path / f"out/videos/{VIDEO}/{file}.mp4")) as media:
+            assert sum(1 for _ in media.decode(video=0)) == one["length"]
+        assert one[f"videos/{VIDEO}/to_timestamp"] == pytest.approx(one["length"] / FPS)
+    assert [one["data/chunk_index"] for one in told] == [0, 0, 1]
+
+
+def test_events_that_are_cut_off_are_told(tape: Shelf, tmp_path: Path) -> None:
+    """What was driven until then is exported; the list says what the part lacks."""
+    growing = write_part(tape, driven(0), times_s(0), has_end=False)
+    growing.flush()
+    (part,) = tape.parts()
+    assert part.events is not None
+    copy = Shelf(tmp_path / "copy")
+    copy.prepare()
+    for path in (part.events, part.media):
+        assert path is not None
+        shutil.copy(path, copy.folder)
+    growing.close()
+    assert "The events are cut off after" in exported(copy, tmp_path / "out")
 
 
 def test_another_camera_and_rate_can_be_chosen(tape: Shelf, tmp_path: Path) -> None:
@@ -290,13 +358,17 @@ def test_pictures_that_do_not_fit_are_encoded(tape: Shelf, tmp_path: Path) -> No
     assert rows(tmp_path / "out") == rows(tmp_path / "encoded")
 
 
-def test_sound_is_beside_the_pictures_only_if_asked_for(tape: Shelf, tmp_path: Path) -> None:
+def test_sound_is_beside_the_pictures_only_if_asked_for(
+    tape: Shelf, shelf: Shelf, tmp_path: Path
+) -> None:
     """Each episode's sound is a file that begins with its first picture."""
     for part in range(2):
         events = driven(part) if part else [*driven(0)[1:], (1.5, turned(1))]
         write_part(tape, events, times_s(part), has_sound=True)
     exported(tape, tmp_path / "silent")
-    assert not (tmp_path / "silent/sound").exists()
+    exported(shelf, tmp_path / "mute", sound=True)
+    for nothing in ("silent/sound", "mute/sound"):
+        assert not any((tmp_path / nothing).rglob("*.ogg"))
     exported(tape, tmp_path / "out", sound=True)
     (heard,) = (tmp_path / "out/sound").rglob("*.ogg")
     begin_s = rows(tmp_path / "out")[0]["wax.captured_s"] - BEGAN_S
@@ -375,6 +447,10 @@ def test_a_folder_with_something_in_it_is_left_alone(shelf: Shelf, tmp_path: Pat
     (tmp_path / "out/mine.txt").write_text("mine")
     with pytest.raises(StateError, match="out: there is something in it already; name a folder"):
         exported(shelf, tmp_path / "out")
+    with pytest.raises(StateError, match=r"mine\.txt: there is something in it already"):
+        exported(shelf, tmp_path / "out/mine.txt")
+    (tmp_path / "empty").mkdir()
+    assert "158 frames" in exported(shelf, tmp_path / "empty")
     (tmp_path / "new.partial").mkdir()
     (tmp_path / "new.partial/mine.txt").write_text("mine")
     with pytest.raises(StateError, match=r"new\.partial: is not ours, and in the way"):

@@ -107,7 +107,7 @@ class EpisodeFinder:
             self._settle()
         if isinstance(event, Missed) and self._before is None:
             state = self._state
-            self._change(_State(), max(self._since_s, at_s - event.missed_s))
+            self._change(_State(), at_s - event.missed_s)
             self._change(state, at_s)
         self._set(self._after(event), at_s)
         self._newest_s = max(self._newest_s, at_s)

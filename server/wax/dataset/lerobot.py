@@ -197,7 +197,6 @@ class LeRobotFolder:
         left_out: Sequence[dict[str, Any]],
     ) -> None:
         """Record that a piece of the tape is done: from here an interrupted export goes on."""
-        self.journal.pieces.append(list(piece))
         self.journal.left_out += left_out
         line = {"piece": piece, "episodes": episodes, "left_out": left_out}
         self._append(line)
@@ -221,9 +220,7 @@ class LeRobotFolder:
         for path in self.partial.rglob("*"):
             state_dir.sync(path)
         (self.partial / _JOURNAL).unlink()
-        if self._folder.is_dir():
-            self._folder.rmdir()
-        self.partial.rename(self._folder)
+        self.partial.rename(self._folder)  # an empty folder of that name is replaced
         state_dir.sync(self._folder.absolute().parent)
 
     @property
