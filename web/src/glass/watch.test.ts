@@ -81,10 +81,17 @@ it("drops a picture that another may have replaced before it was drawn", () => {
   filmedMs = AHEAD_MS + 900;
   present(1, 1000, 40);
   present(2, 1033, 12);
-  expect(seen).toEqual(["late"]);
   present(3, 1066);
   present(5, 1133);
-  expect(seen).toEqual(["late", "late"]);
+  expect(seen).toEqual([]);
+});
+
+it("says that pictures are late once ten in a row are", () => {
+  filmedMs = AHEAD_MS + 900;
+  for (let frames = 1; frames < 58; frames += 3) present(frames, 1000 + 33 * frames);
+  expect(seen).toEqual([]);
+  present(58, 3000);
+  expect(seen).toEqual(["late"]);
 });
 
 it("says why a picture shows no time of now", () => {

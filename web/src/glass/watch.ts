@@ -10,6 +10,8 @@ export type Problem = Exclude<Miss, "between"> | "late" | "other_time";
 
 /** Larger pictures are made smaller: a module of the code needs three pixels. */
 const MOST_WIDTH = 640;
+/** So many late pictures in a row are worth a hint; any browser has one now and then. */
+const LATE_IN_A_ROW = 10;
 
 /** A picture, and what the browser said of it. Times are on the page's clock, one on the server's. */
 interface Held {
@@ -34,6 +36,7 @@ export function watchCode(
   const context = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
   if (!request || !context) return null;
   let held: Held | null = null;
+  let late = 0;
   let handle = 0;
   const onFrame: VideoFrameRequestCallback = (nowMs, frame) => {
     handle = request(onFrame);
@@ -41,9 +44,11 @@ export function watchCode(
     if (held) {
       // What was drawn is the next picture if that was there by then.
       const isSame = frame.presentedFrames === held.frames + 1 && presentedMs > held.drawnMs;
+      late = isSame ? 0 : late + 1;
       const what = isSame ? shown(held) : "late";
       held = null;
-      if (what !== "between") told(what);
+      const isPassing = what === "between" || (what === "late" && late < LATE_IN_A_ROW);
+      if (!isPassing) told(what);
     } else if (video.videoWidth > 0) {
       const drawnMs = draw(video, context);
       const seen = { frames: frame.presentedFrames, presentedMs, drawnMs };
