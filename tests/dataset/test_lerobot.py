@@ -352,10 +352,21 @@ def _pictures(path: Path | None) -> list[bytes]:
 def test_pictures_that_do_not_fit_are_encoded(tape: Shelf, tmp_path: Path) -> None:
     """Where a picture is missing, or at another rate, a copy would be wrong."""
     shown = [at_s for at_s in times_s(0) if round(at_s * FPS) != 40]
-    write_part(tape, driven(0), shown, codec="h264")
+    write_part(tape, driven(0), shown, codec="h264", is_keyframe=lambda n: n % 30 == 0)
     exported(tape, tmp_path / "out", copies=True)
     exported(tape, tmp_path / "encoded")
     assert rows(tmp_path / "out") == rows(tmp_path / "encoded")
+    videos = [next((tmp_path / name).rglob("*.mp4")) for name in ("out", "encoded")]
+    assert _pictures(videos[0]) == _pictures(videos[1])
+
+
+def test_pictures_of_another_size_are_left_out(tape: Shelf, tmp_path: Path) -> None:
+    """All of a dataset's pictures have one size, the first; what has another is listed."""
+    write_part(tape, driven(0), times_s(0))
+    write_part(tape, driven(1), times_s(1), size=(320, 240))
+    said = exported(tape, tmp_path / "out")
+    assert "turn 1: its pictures are 320×240" in said
+    assert max(row["wax.captured_s"] for row in rows(tmp_path / "out")) < BEGAN_S + PART_S
 
 
 def test_sound_is_beside_the_pictures_only_if_asked_for(
