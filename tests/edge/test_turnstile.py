@@ -139,6 +139,25 @@ async def test_payers_take_turns_while_newcomers_use_up_each_pass(work: Work) ->
     assert max(used) < 0.007
 
 
+async def test_who_has_used_least_goes_first(work: Work) -> None:
+    """An observer's datagram passes twenty viewers who came first and have used up more."""
+    turnstile = Turnstile(TurnedClock())
+    viewers, observer = [payer() for _ in range(20)], payer()
+    order: list[Payer] = []
+
+    async def step(who: Payer) -> None:
+        await turnstile.enter_peer(who)
+        order.append(who)
+
+    tasks = [asyncio.create_task(step(one)) for one in [*viewers, observer]]
+    began_s = time.thread_time()
+    work(0.01)
+    for one in viewers:
+        turnstile.charge_peer(one, began_s)
+    await asyncio.gather(*tasks)
+    assert order.index(observer) < 2
+
+
 async def test_a_trusted_peer_waits_for_nobody(work: Work) -> None:
     """The operator's commands pass when strangers have used up the pass and their accounts."""
     turnstile = Turnstile(TurnedClock())

@@ -27,7 +27,6 @@ from tests.until import async_until
 from wax.clock import SystemClock
 from wax.config.server import ServerSettings
 from wax.edge import turnstile
-from wax.edge.turnstile import Turnstile
 from wax.errors import StartError
 from wax.web import built_page, connection, connection_limits, listening, tls, tls_gate, watch
 from wax.web.certificate import self_signed

@@ -65,6 +65,10 @@ class Payer:
         for bucket in self._shared if is_shared else (self._own,):
             bucket.owe(cost_s - own_s)
 
+    def credit_s(self, now_s: float) -> float:
+        """Return what is left of the account: the more, the less this stranger has used lately."""
+        return self._own.level(now_s)
+
     def wait_s(self, now_s: float) -> float:
         """Return how long to wait before the next step, 1 s at most; 0 to go on at once."""
         if self._own.level(now_s) > 0 or all(one.level(now_s) > 0 for one in self._shared):
