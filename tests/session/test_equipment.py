@@ -68,6 +68,7 @@ async def test_a_newcomer_gets_the_controls_and_gauges(rig: Rig) -> None:
             "step": 0.05,
             "choices": [],
             "key": "",
+            "pad_button": "",
             "moves": False,
             "roles": ["operator", "observer"],
         },
