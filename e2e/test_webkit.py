@@ -56,14 +56,14 @@ async def test_what_is_missing_is_said(serve: Serve, tmp_path: Path) -> None:
 
 
 async def test_the_layout_is_whole(serve: Serve, tmp_path: Path) -> None:
-    """The page of a browser that never makes an offer says so, and fits all windows sideways."""
+    """The page of a browser that is still connecting fits all windows sideways."""
     async with (
         serve(tmp_path, toml.CARD) as server,
         _with_a_peer(server.url) as url,
         webkit(tmp_path) as window,
     ):
         await window.goto(url)
-        await reads(window, "Your browser does not answer (createOffer)")
+        await reads(window, "Connecting")
         for size in (UPRIGHT, ACROSS, DESKTOP):
             await window.resize(size.width, size.height)
             found = await window.evaluate(f"({LAYOUT})(null)")
