@@ -24,6 +24,7 @@ from wax.access.secret_file import load_secret
 from wax.cluster.cluster import Cluster
 from wax.config.opening_hours import OpeningHours, zone_of
 from wax.config.proxy import doubts
+from wax.congestion.late_loop import MeanDelay
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.door.tunnel import Tunnel
@@ -112,7 +113,7 @@ class App:
         self._died: str | None = None
         self._supervisor = TaskSupervisor(self._task_died)
         self._service_manager = ServiceManager(os.environ)
-        turnstile = Turnstile(clock)
+        self._turnstile = turnstile = Turnstile(clock)
         self._ice = IceServers(settings.network, settings.relay)
         for what, advice in doubts(settings.access.proxy, settings.server):
             _LOG.warning(what, advice=advice)
@@ -223,9 +224,11 @@ class App:
 
     async def _relieve_late_loop(self) -> None:
         lateness, service = self._parts.control.lateness, self._parts.pipelines.service
+        ticks, datagrams = MeanDelay(), MeanDelay()
         while True:
             await asyncio.sleep(_RELIEVE_S)
-            service.relieve(sum(lateness.counts), lateness.sum_s)
+            ticks_s = ticks.since_last(sum(lateness.counts), lateness.sum_s)
+            service.relieve(max(ticks_s, datagrams.since_last(*self._turnstile.peers_waited)))
 
     async def _shut_down(self) -> None:
         self._parts.control.stop()

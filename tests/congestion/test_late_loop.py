@@ -7,24 +7,21 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.congestion.late_loop import LateLoop
+from wax.congestion.late_loop import LateLoop, MeanDelay
 from wax.congestion.upload_budget import UploadBudget
 
 WANTED_BPS = 20e6
 
 
 class Seconds:
-    """Gives a `LateLoop` one second after another, each with 50 ticks of one delay."""
+    """Gives a `LateLoop` one second after another, each with the same delay."""
 
     def __init__(self) -> None:
         self.loop = LateLoop()
-        self.ticks, self.sum_s = 0, 0.0
 
     def last(self, seconds: int, late_s: float, *, observers: int = 20) -> float:
         for _ in range(seconds):
-            self.ticks += 50
-            self.sum_s += 50 * late_s
-            self.loop.update(self.ticks, self.sum_s, wanted_bps=WANTED_BPS, observers=observers)
+            self.loop.update(late_s, wanted_bps=WANTED_BPS, observers=observers)
         return self.loop.most_bps
 
 
@@ -36,11 +33,24 @@ def test_a_loop_on_time_limits_nobody() -> None:
 def test_the_cut_lasts_as_long_as_the_loop_is_late_and_goes_slowly() -> None:
     """Each late second takes a fifth; it takes half a minute to get all of it back."""
     seconds = Seconds()
-    assert seconds.last(3, 0.03) <= 0.52 * WANTED_BPS
+    assert seconds.last(3, 0.0151) <= 0.52 * WANTED_BPS
     held = seconds.last(20, 0.01)
     assert held <= 0.52 * WANTED_BPS
     assert seconds.last(10, 0.002) < WANTED_BPS
     assert seconds.last(10, 0.002) == math.inf
+
+
+def test_a_mean_delay_is_of_what_came_since_the_last() -> None:
+    """Neither earlier delays nor a second without any count."""
+    delay = MeanDelay()
+    assert delay.since_last(50, 5.0) == 0.1
+    assert delay.since_last(50, 5.0) == 0
+    assert math.isclose(delay.since_last(60, 5.2), 0.02)
+
+
+def test_what_is_much_too_late_is_cut_at_once() -> None:
+    """A second of 60 ms leaves less than half; four seconds of 20 ms would."""
+    assert Seconds().last(1, 0.06) < 0.5 * WANTED_BPS
 
 
 @given(st.lists(st.floats(0, 1), max_size=40), st.integers(0, 100))

@@ -139,6 +139,19 @@ async def test_payers_take_turns_while_newcomers_use_up_each_pass(work: Work) ->
     assert max(used) < 0.007
 
 
+async def test_the_waits_of_peers_are_known() -> None:
+    """One datagram that goes on at once, and one that waits half a second for the next pass."""
+    clock = TurnedClock()
+    turnstile = Turnstile(clock)
+    await turnstile.enter_peer(payer())
+    turnstile._peers.used_s = 1.0
+    waits = asyncio.create_task(turnstile.enter_peer(payer()))
+    await asyncio.sleep(0)
+    clock.time_s += 0.5
+    await waits
+    assert turnstile.peers_waited == (2, 0.5)
+
+
 async def test_who_has_used_least_goes_first(work: Work) -> None:
     """An observer's datagram passes twenty viewers who came first and have used up more."""
     turnstile = Turnstile(TurnedClock())

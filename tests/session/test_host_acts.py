@@ -41,7 +41,7 @@ async def test_the_host_sees_who_is_here(rig: Rig, host: FakePeer) -> None:
 
 async def test_the_host_reads_that_the_machine_is_too_busy(rig: Rig, host: FakePeer) -> None:
     """While observers are sent less because the event loop is late, the host's page says so."""
-    rig.parts.pipelines.service.relieve(50, 50 * 0.03)
+    rig.parts.pipelines.service.relieve(0.03)
     rig.wait(1.2, host)
     assert [one["code"] for one in host.last("console")["problems"]] == ["busy.loop"]
 

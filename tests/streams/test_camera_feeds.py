@@ -71,14 +71,14 @@ async def test_a_machine_that_falls_behind_sends_other_cameras_smaller_first(
     await rig.run(3.0)
     monkeypatch.setattr(Rendition, "load", property(lambda one: 1.1 * one.wanted))
     for _ in range(4):
-        rig.service.relieve(0, 0.0)
+        rig.service.relieve(0.0)
         await rig.run(1.0)
     monkeypatch.setattr(Rendition, "load", property(lambda one: 0.1 * one.wanted))
     assert _wanted(rig) == [[SMALL], [MIDDLE]]
     assert rig.streams.status().entry["rendition"] == TOP
     assert [one.code for one in rig.service.limits.problems()] == ["busy.cameras"]
     rig.clock.time_s += 30.0
-    rig.service.relieve(0, 0.0)
+    rig.service.relieve(0.0)
     await rig.run(6.0)
     assert _wanted(rig) == [[SMALL], [LARGE]]
     assert rig.service.limits.problems() == []

@@ -299,7 +299,7 @@ class BaselineService:
 
     limits = SendingLimits()
 
-    def relieve(self, ticks: int, late_s: float) -> None: ...
+    def relieve(self, late_s: float) -> None: ...
 
     @property
     def sizes(self) -> Sequence[str]:

@@ -37,6 +37,7 @@ class Turnstile:
         self._peers, self._requests = _Lane(), _Lane()
         self.charged_s = 0.0
         """The time charged to all payers since the start."""
+        self._entries, self._waited_s = 0, 0.0
 
     @property
     def has_time_for_peers(self) -> bool:
@@ -62,9 +63,17 @@ class Turnstile:
 
     async def enter_peer(self, payer: Payer) -> None:
         """Wait until there is time for a datagram of a peer."""
+        self._entries += 1
         turn = self._turn(self._peers, payer)
         if turn is not None:
+            began_s = self._clock.now_s()
             await turn
+            self._waited_s += self._clock.now_s() - began_s
+
+    @property
+    def peers_waited(self) -> tuple[int, float]:
+        """How many of their datagrams have come here, and how long these have waited together."""
+        return self._entries, self._waited_s
 
     def request_turn(self, payer: Payer) -> asyncio.Future[None] | None:
         """Return what is done once there is time for the next step of answering a request.

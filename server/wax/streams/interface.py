@@ -231,11 +231,10 @@ class Service(Protocol):
         """Whether the robot's upload carries another observer with picture and sound."""
         ...
 
-    def relieve(self, ticks: int, late_s: float) -> None:
+    def relieve(self, late_s: float) -> None:
         """Send observers less while the event loop is late; call it once a second.
 
-        It takes the number of the control loop's ticks since the start, and how late they were
-        together in s.
+        `late_s` is how late its work was on the mean of that second.
         """
         ...
 

@@ -367,10 +367,10 @@ class LiveService:
             video.sizes, has_cameras=any(len(one.hub.sizes) > 1 for one in cameras)
         )
 
-    def relieve(self, ticks: int, late_s: float) -> None:
+    def relieve(self, late_s: float) -> None:
         before = self.limits
         wants_bps = self._budget.observers_want_bps
-        self._late_loop.update(ticks, late_s, wanted_bps=sum(wants_bps), observers=len(wants_bps))
+        self._late_loop.update(late_s, wanted_bps=sum(wants_bps), observers=len(wants_bps))
         self._budget.limit_observers(self._late_loop.most_bps)
         beside = [one.hub.loads[one.hub.sizes[0]] for one in self._cameras]
         loads = self._video.loads | {BESIDE: max(beside, default=0.0)}
