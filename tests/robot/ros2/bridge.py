@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import socket
 import threading
 import time
 from typing import Any
@@ -89,10 +90,14 @@ class Bridge(CommandLog):
         app.router.add_get("/{path:.*}", self._talk)
         runner = web.AppRunner(app, shutdown_timeout=0.5)
         await runner.setup()
-        site = web.TCPSite(runner, "127.0.0.1", self.port, reuse_address=True)
-        await site.start()
+        listening = socket.create_server(("127.0.0.1", self.port))
+        await web.SockSite(runner, listening).start()
         ready.set()
         await self._end.wait()
+        # asyncio never closes a connection that it accepts in the pass in which its server closes.
+        self._loop.remove_reader(listening)
+        for _ in range(3):  # it hands over what it has accepted two passes later
+            await asyncio.sleep(0)
         for line in list(self.lines):
             await line.close()
         await runner.cleanup()
