@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import asynccontextmanager
 from functools import partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -23,7 +25,6 @@ from wax.client import Operator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
-    from pathlib import Path
 
     from playwright.async_api import Browser
 
@@ -41,9 +42,11 @@ WITH_ORIGIN: Final = (
 )
 ISOLATED: Final = {"Cross-Origin-Embedder-Policy": "require-corp"}
 """The headers of a site that has isolated itself from others, so that it shows fewer frames."""
+HERE: Final = "http://localhost:{}"
+EXAMPLE: Final = Path(__file__).parents[1] / "config/examples/embed.html"
 TRIES: Final = "(document.cookie = 'tried=1; SameSite=None; Secure', document.cookie)"
 
-pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.timeout(120)
 
 
 @asynccontextmanager
@@ -71,7 +74,7 @@ async def sites(
 
 def allowing(port: int) -> str:
     """Return the configuration of a robot that this port's site may show."""
-    return toml.card_with(page=f'embed_on = ["http://localhost:{port}"]')
+    return toml.card_with(page=f'embed_on = ["{HERE.format(port)}"]')
 
 
 async def line(server: Server) -> str:
@@ -82,6 +85,25 @@ async def line(server: Server) -> str:
     return str(told["html"])
 
 
+async def test_the_example_page_shows_the_robot(
+    chromium: Browser, serve: Serve, tmp_path: Path
+) -> None:
+    """The page in `config/examples` plays, with the configuration that it names."""
+    port = free_port()
+    code = EXAMPLE.read_text(encoding="utf-8").replace("https://museum.example", HERE.format(port))
+    [said] = re.findall(r"embed_on = .*", code)
+    async with sites(port) as pages, serve(tmp_path, toml.card_with(page=said)) as server:
+        pages["/"] = code.replace("https://robot.example.org", server.url)
+        context = await chromium.new_context()
+        viewer = await Viewer.prepare(context, server.url)
+        await viewer.page.goto(HERE.format(port))
+        frame = viewer.page.frames[1]
+        await eventually(lambda: frame.evaluate("waxProbe.playing()"), "the frame's picture plays")
+        await expect(viewer.page.get_by_role("link")).to_have_attribute("href", f"{server.url}/")
+        await context.close()
+
+
+@pytest.mark.full
 async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path: Path) -> None:
     """It plays, says who drives, and sounds after a press; no key has any effect.
 
@@ -130,6 +152,7 @@ async def refused(viewer: Viewer) -> bool:
     return any("frame-ancestors" in one for one in viewer.console)
 
 
+@pytest.mark.full
 async def test_in_a_sandbox_it_plays_or_says_where_it_does(
     chromium: Browser, serve: Serve, tmp_path: Path
 ) -> None:
@@ -171,6 +194,7 @@ async def test_in_a_sandbox_it_plays_or_says_where_it_does(
         await context.close()
 
 
+@pytest.mark.full
 async def test_firefox_shows_the_frame_without_a_cookie(serve: Serve, tmp_path: Path) -> None:
     """The picture plays and its words are there, although third parties can store nothing."""
     museum = free_port()
