@@ -170,8 +170,9 @@ class Intruder(Client):
             came(datagram, address)
 
         def sent(datagram: bytes, address: Any) -> None:
-            self._count("sent", datagram)
-            sends(datagram, address)
+            if not protocol.transport.is_closing():  # as another attack of the same viewer has it
+                self._count("sent", datagram)
+                sends(datagram, address)
 
         protocol.datagram_received, protocol.transport.sendto = received, sent
 
