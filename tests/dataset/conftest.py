@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 def _unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave this process's priority as it is."""
     monkeypatch.setattr(os, "nice", lambda _: 0)
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *_: None, raising=False)
 
 
 @pytest.fixture

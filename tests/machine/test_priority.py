@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from wax.clock import SystemClock
-from wax.machine.priority import NICENESS, REALTIME, as_others, raise_priority
+from wax.machine.priority import NICENESS, REALTIME, as_others, lower_priority, raise_priority
 from wax.robot.gpio.guard import Guard
 from wax.robot.ros2.settings import Ros2Settings
 from wax.robot.ros2.standby_process import StandbyProcess
@@ -50,11 +50,15 @@ class Kernel:
             raise PermissionError
         self.niceness = niceness
 
+    def nice(self, more: int) -> int:
+        self.niceness += more
+        return self.niceness
+
 
 @pytest.fixture
 def kernel(monkeypatch: pytest.MonkeyPatch) -> Kernel:
     kernel = Kernel(REALTIME, NICENESS)
-    for name in ("sched_getparam", "sched_setscheduler", "setpriority"):
+    for name in ("sched_getparam", "sched_setscheduler", "setpriority", "nice"):
         monkeypatch.setattr(os, name, getattr(kernel, name))
     return kernel
 
@@ -99,6 +103,15 @@ def test_it_comes_back_to_the_best_that_it_may(
     with as_others():
         assert kernel.schedule == inside
     assert kernel.schedule == after
+
+
+@pytest.mark.parametrize(("limits", "schedule"), [((0, 0), (os.SCHED_IDLE, 0)), (NO_CALL, OTHERS)])
+def test_what_can_wait_gets_the_time_that_nothing_wants(
+    kernel: Kernel, limits: tuple[int, int], schedule: tuple[int, int]
+) -> None:
+    kernel.limits = limits
+    lower_priority()
+    assert (kernel.schedule, kernel.niceness) == (schedule, 19)
 
 
 def test_a_system_with_the_names_alone_is_no_error(

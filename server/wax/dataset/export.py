@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import os
 from dataclasses import asdict
 from datetime import UTC, datetime
 from itertools import pairwise
@@ -18,6 +17,7 @@ from wax.dataset.piece_writer import PieceWriter
 from wax.dataset.survey import survey
 from wax.dataset.video_file import CODEC
 from wax.errors import StateError, reason_of
+from wax.machine.priority import lower_priority
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from wax.dataset.survey import Survey
     from wax.tape.selection import Selection
 
-_NICENESS: Final = 19
 _MEASURED_S: Final = 10.0
 """The rate of the tape is that of this much of its first episode."""
 _FULL: Final = (errno.ENOSPC, errno.EDQUOT)
@@ -57,7 +56,7 @@ def export(
 
     Raises `StateError` with what to do; the same export then goes on where it was.
     """
-    os.nice(_NICENESS)
+    lower_priority()
     found = survey(selection, camera=options.camera, joins=options.joins)
     if not found.episodes:
         raise StateError("\n".join(["nobody drove in what is recorded", *_said(found.left_out)]))

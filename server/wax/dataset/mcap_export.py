@@ -7,7 +7,6 @@ in H.264 is copied; VP8 is in no well-known schema, so it becomes JPEG.
 from __future__ import annotations
 
 import heapq
-import os
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
@@ -35,6 +34,7 @@ from wax.dataset.pictures import PictureFile, decoded, packets, picture_file
 from wax.dataset.protobuf import encode, schema_of
 from wax.dataset.survey import DRIVING_VIEW
 from wax.errors import StateError, reason_of
+from wax.machine.priority import lower_priority
 from wax.protocol.tape_events import Filmed, Named, topic
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from wax.tape.selection import Selection
     from wax.tape.shelf import Shelved
 
-_NICENESS: Final = 19
 _QUALITY: Final = 80
 _JPEG: Final = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
 
@@ -77,7 +76,7 @@ def export_mcap(
     """
     if path.exists():
         raise StateError(f"{path}: is there already; name another file, or delete it")
-    os.nice(_NICENESS)
+    lower_priority()
     partial = path.with_name(f"{path.name}.partial")
     try:
         exported = _Export(selection, jpeg=jpeg, sound=sound)

@@ -1,4 +1,4 @@
-"""The priority of a process that moves and stops the robot."""
+"""The priority of a process that moves and stops the robot, and of work that can wait."""
 
 from __future__ import annotations
 
@@ -29,6 +29,16 @@ def raise_priority() -> None:
     except (AttributeError, OSError):  # macOS has none
         with suppress(AttributeError, OSError):
             os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
+
+
+def lower_priority() -> None:
+    """Give this process only the time that nothing else wants.
+
+    Even the lowest niceness, which is only a share, lets a server that wakes up wait for it.
+    """
+    os.nice(19)
+    with suppress(AttributeError, OSError):  # macOS has none, a filter of system calls
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 
 
 @contextmanager

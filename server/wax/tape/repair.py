@@ -20,6 +20,7 @@ import structlog
 
 from wax.errors import StateError, reason_of
 from wax.machine import python_module
+from wax.machine.priority import lower_priority
 from wax.state_dir import lock
 from wax.tape.event_ending import ending_of, finish
 from wax.tape.repaired import finish_media
@@ -32,7 +33,6 @@ _LOG = structlog.get_logger(__name__)
 
 _MODULE: Final = "wax.tape.repair"
 _WITHIN_S: Final = 900.0
-_NICENESS: Final = 19
 
 
 @dataclass(slots=True)
@@ -113,7 +113,7 @@ def _is_cut(part: Shelved) -> bool:
 
 def main() -> int:
     """Repair the folder named on standard input, at the lowest priority."""
-    os.nice(_NICENESS)
+    lower_priority()
     mended = repair(Shelf(Path(os.fsdecode(sys.stdin.buffer.read()))))
     lines = [*(f"{name}: is mended" for name in mended.parts), *mended.problems]
     sys.stdout.write("".join(f"{line}\n" for line in lines))
