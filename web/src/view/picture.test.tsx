@@ -30,6 +30,23 @@ it("loads the predicted path once there is a picture to draw it on", async () =>
   expect(path()).toBeNull();
 });
 
+it("gives its box the picture's shape, so that no bars stand beside it", () => {
+  const video = body.querySelector("video");
+  const shape = (element: Element | null | undefined, name: string) =>
+    Number((element as HTMLElement).style.getPropertyValue(name) || Number.NaN);
+  const shown = (videoWidth: number, videoHeight: number) => {
+    for (const [name, value] of Object.entries({ videoWidth, videoHeight }))
+      Object.defineProperty(video, name, { value, configurable: true });
+    video?.dispatchEvent(new Event("resize"));
+    const box = body.querySelector(".picture");
+    return [shape(box, "--aspect"), shape(box?.parentElement, "--shape")];
+  };
+  expect(shown(0, 0)).toEqual([Number.NaN, Number.NaN]);
+  expect(shown(1280, 720)).toEqual([16 / 9, 16 / 9]);
+  expect(shown(480, 640)).toEqual([3 / 4, 3 / 4]);
+  expect(shown(0, 0)).toEqual([3 / 4, 3 / 4]);
+});
+
 describe("sound and picture", () => {
   it("offers sound until the user has decided", () => {
     expect(queryByRole(body, "button", { name: "Turn sound on" })).toBeTruthy();
