@@ -6,12 +6,13 @@ what our H.264 says that it carries (`wax.encode.video_encoder`).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import threading
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 from av.video.frame import VideoFrame
-from av.video.reformatter import ColorRange, Colorspace
+from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
 from wax.capture.high_range import HLG, PQ, to_sdr
 
@@ -45,30 +46,41 @@ def to_i420(frame: VideoFrame, width: int, height: int) -> NDArray[np.uint8]:
     """
     if frame.format.components[-1].is_alpha or frame.format.name == "pal8":
         frame = _on_black(frame)
-    size = (width, height)
     if frame.format.name in _RAW_GREY and frame.color_range == ColorRange.MPEG:
-        grey = frame.reformat(*size, format="gray", interpolation="AREA").to_ndarray()
+        grey = _scaled(frame, width, height, format="gray").to_ndarray()
         return np.concatenate([grey, np.full((height // 2, width), 128, np.uint8)])
+    declared = {"src_colorspace": _matrix(frame), "src_color_range": _range(frame)}
     if frame.color_trc in (PQ, HLG):
-        deep = frame.reformat(
-            *size,
-            format="rgb48le",
-            interpolation="AREA",
-            src_colorspace=_matrix(frame),
-            src_color_range=_range(frame),
-        )
+        deep = _scaled(frame, width, height, format="rgb48le", **declared)
         rgb = to_sdr(np.asarray(deep.to_ndarray(), np.uint16), frame.color_trc)
         return np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV_I420), np.uint8)
-    scaled = frame.reformat(
-        *size,
+    scaled = _scaled(
+        frame,
+        width,
+        height,
         format="yuv420p",
-        interpolation="AREA",
-        src_colorspace=_matrix(frame),
-        src_color_range=_range(frame),
         dst_colorspace=Colorspace.ITU601,
         dst_color_range=ColorRange.MPEG,
+        **declared,
     )
     return np.asarray(scaled.to_ndarray(), np.uint8)
+
+
+class _Kept(threading.local):
+    """Each thread's libswscale: a frame's own prepares its tables anew, in up to 6 ms."""
+
+    def __init__(self) -> None:
+        self.reformatter = VideoReformatter()
+
+
+_kept: Final = _Kept()
+
+
+def _scaled(frame: VideoFrame, width: int, height: int, **colours: Any) -> VideoFrame:
+    # Starting threads for one picture costs more than they gain.
+    return _kept.reformatter.reformat(
+        frame, width, height, interpolation="AREA", threads=1, **colours
+    )
 
 
 def _matrix(frame: VideoFrame) -> Colorspace:

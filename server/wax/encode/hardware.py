@@ -9,6 +9,7 @@ import av
 from av.codec.codec import UnknownCodecError
 from av.error import FFmpegError
 from av.video.frame import PictureType
+from av.video.reformatter import VideoReformatter
 
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 from wax.encode.parameter_sets import ParameterSets
@@ -106,6 +107,7 @@ class HardwareEncoder:
     def __init__(self, hardware: Hardware, rendition: RenditionSettings) -> None:
         self._rendition = rendition
         self._pixels = hardware.pixels
+        self._reformatter = VideoReformatter()
         self._context = _open(hardware, rendition)
         self._sets = ParameterSets(self._context.extradata or b"")
         self._newest_pts = -1
@@ -117,9 +119,9 @@ class HardwareEncoder:
         if pts <= self._newest_pts:
             return None
         self._newest_pts = pts
-        frame = frame_of(picture, self._rendition)
-        if self._pixels != "yuv420p":
-            frame = frame.reformat(format=self._pixels)
+        frame = self._reformatter.reformat(
+            frame_of(picture, self._rendition), format=self._pixels, threads=1
+        )
         frame.pts = pts
         frame.time_base = VIDEO_TIME_BASE
         frame.pict_type = PictureType.I if keyframe or self._is_fresh else PictureType.NONE
