@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +13,8 @@ from pydantic import BaseModel, Field
 from wax.config import manual
 from wax.config import settings as config
 from wax.config.allowed import said
-from wax.config.video import AUTO
+from wax.config.ladder import DRIVING
+from wax.config.video import AUTO, VideoSettings, ladder_settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,6 +57,14 @@ def test_the_manual_equals_the_defaults() -> None:
     assert tomllib.loads(MANUAL.read_text(encoding="utf-8")) == told
     assert config.load(MANUAL) == defaults
     assert config.load(None) == defaults
+
+
+def test_the_manuals_ladder_is_the_automatic_one() -> None:
+    """What the manual shows as the ladder of 1280×720 is what "auto" makes."""
+    text = manual.purposes(VideoSettings)["renditions"]
+    (shown,) = re.findall(r"renditions = \[.*\]", text, re.DOTALL)
+    made = ladder_settings(1280, 720, 30.0, DRIVING)
+    assert tomllib.loads(shown)["renditions"] == [one.model_dump() for one in made]
 
 
 @pytest.mark.parametrize("model", dict.fromkeys(models(config.Settings)))

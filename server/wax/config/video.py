@@ -34,7 +34,7 @@ class RenditionSettings(ConfigTable):
     fps: Annotated[float, Field(ge=1, le=60)]
     """Pictures a second."""
     bitrate_bps: Annotated[int, Field(ge=10_000, le=20_000_000)]
-    """Bits a second, less at each step."""
+    """Bits a second; each step has fewer than the one before."""
 
     @model_validator(mode="after")
     def _is_within_levels(self) -> Self:
@@ -101,26 +101,26 @@ class VideoSettings(ConfigTable):
     ] = 640
     """The width in pixels to request from the source; every rendition is scaled from it. "auto" is
     the source's best up to 1280×720 at 25 pictures a second or more, if a trial at the start
-    shows that this machine encodes it in time, else 640×480, which cameras beside the driving
-    view and the thesis's policy have, too; rooms of publish get at most 1 Mbit/s of its ladder.
-    The log and `wax doctor` say what was chosen, and why. A list of your own renditions has the
-    size of the first."""
+    shows that this machine encodes it in time, and otherwise up to 640×480. Beside renditions of
+    your own it is the size of the first. Cameras beside the driving view, and the thesis's
+    policy, have at most 640×480 by "auto". The log and `wax doctor` say what was chosen, and
+    why."""
     height: Annotated[
         int,
         Field(ge=32, le=2160, multiple_of=2),
         _or_auto("an even number from 32 to 2160"),
     ] = 480
-    """The height in pixels to request from the source; it goes with width."""
+    """The height in pixels to request from the source; set it together with width."""
     fps: Annotated[float, Field(ge=1, le=MAX_CAPTURE_FPS)] = 30.0
-    """Pictures a second to request from the source. Renditions cannot have more; with fewer they
-    take the newest, so that a sensor at twice their rate saves up to half a picture's time, and
-    costs the processor twice the decoding."""
+    """Pictures a second to request from the source. No rendition gets more; one with fewer takes
+    the newest, so that twice its rate here makes pictures up to half a picture's time younger,
+    and costs the processor twice the decoding."""
     rotate: Literal[0, 90, 180, 270] = 0
     """Degrees by which the picture is turned clockwise, right after it was captured, so that all
     else has it upright: the time on it, the path on the floor, recordings. For a camera that
-    hangs upside down (180) or lies on its side (90 or 270; width and height are then swapped,
-    and so is the ladder below, unless you write your own). What a file or a JPEG says of itself
-    is honoured before. The test card stays as it is, for else nobody could read it."""
+    hangs upside down (180) or lies on its side (90 or 270; width and height remain the camera's
+    own, and the picture and an automatic ladder stand upright). A rotation that a file or a JPEG
+    declares is applied before. The test card is never turned, since nobody could read it."""
     mirror: bool = False
     """Swap left and right, after turning: for a camera that looks into a mirror."""
     controls: Annotated[dict[str, bool | int | float], Field(max_length=32)] = {}
@@ -139,37 +139,40 @@ class VideoSettings(ConfigTable):
     codec: Literal["vp8", "h264"] = "vp8"
     """The video codec, the same for everybody. VP8 has temporal layers, so that a viewer on a slow
     link gets fewer pictures without another encoder; H.264 (constrained baseline) is cheaper to
-    decode on some devices."""
+    decode on some devices, and hardware can encode it."""
     encoder: Literal["auto", "software", "h264_nvenc", "h264_qsv", "h264_amf", "h264_v4l2m2m"] = (
         "auto"
     )
     """What encodes H.264; VP8 is always encoded by the processor. "auto" tries the hardware
-    encoders that PyAV knows when the server starts, and takes one that gives each picture out at
-    once, in the same profile, as browsers can decode it, else the processor; `wax devices` shows
-    the trials, the log and the status what was taken. What fails later is encoded by the
-    processor from the next picture on. "software" tries nothing; a name tries that one only (a
-    Raspberry Pi up to the 4 has h264_v4l2m2m, NVIDIA's cards have h264_nvenc, Intel's chips
-    h264_qsv, AMD's h264_amf)."""
+    encoders that PyAV knows when the server starts, and takes one that returns each picture at
+    once, and so that browsers can decode it; if there is none, or it fails later, the processor
+    encodes. `wax devices` shows the trials, and the log says which encoder was taken. "software"
+    tries none; a name tries that one only (a Raspberry Pi up to the 4 has h264_v4l2m2m, NVIDIA's
+    cards have h264_nvenc, Intel's chips h264_qsv, AMD's h264_amf)."""
     keyframe_interval_s: Annotated[float, Field(ge=0.5, le=60)] = 10.0
     """Seconds between keyframes that nobody requested. Joining viewers and losses request their
     own, so this is only a safety net; each keyframe costs as much as many ordinary frames."""
     timestamp_overlay: bool = False
-    """Draw the wall clock (UTC) on the picture. The thesis judged drift by it."""
+    """Draw the time of capture (UTC) on the picture: two screens side by side then show by how
+    much one is behind."""
     renditions: list[RenditionSettings] = automatic(DRIVING)
     """The rendition ladder, the best step first. Each viewer gets the highest step that their link
-    carries, no larger than the size they chose; between two steps, pictures are dropped for that
-    viewer alone. Each step costs the machine one encoder while anybody watches it.
+    carries, no larger than their window shows or they chose; between two steps, pictures are
+    dropped for that viewer alone. Each step costs the machine one encoder while anybody watches
+    it.
 
     "auto" is a ladder of the picture's own shape down to what a telephone modem carries, at most
-    30 pictures a second. With 640×480:
+    30 pictures a second. If the size is "auto", too, rooms of publish get no step above 1 Mbit/s.
+    With 1280×720:
 
     renditions = [
-        { width = 640, height = 480, fps = 30.0, bitrate_bps = 1_000_000 },
-        { width = 640, height = 480, fps = 30.0, bitrate_bps = 600_000 },
-        { width = 320, height = 240, fps = 30.0, bitrate_bps = 300_000 },
-        { width = 320, height = 240, fps = 15.0, bitrate_bps = 120_000 },
-        { width = 160, height = 120, fps = 15.0, bitrate_bps = 50_000 },
-        { width = 160, height = 120, fps = 10.0, bitrate_bps = 16_000 },
+        { width = 1280, height = 720, fps = 30.0, bitrate_bps = 2_500_000 },
+        { width = 960, height = 540, fps = 30.0, bitrate_bps = 1_000_000 },
+        { width = 640, height = 360, fps = 30.0, bitrate_bps = 600_000 },
+        { width = 320, height = 180, fps = 30.0, bitrate_bps = 300_000 },
+        { width = 320, height = 180, fps = 15.0, bitrate_bps = 120_000 },
+        { width = 160, height = 90, fps = 15.0, bitrate_bps = 50_000 },
+        { width = 160, height = 90, fps = 10.0, bitrate_bps = 16_000 },
     ]
     """
 
