@@ -70,13 +70,15 @@ def draw_text(luma: NDArray[np.uint8], text: str, *, bottom: int) -> None:
         _HEIGHT_FRACTION * luma.shape[0] / letters.shape[0],
     )
     width, height = (max(1, round(scale * side)) for side in letters.shape[::-1])
-    letters = cv2.resize(letters, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
+    scaled = cv2.resize(letters, (width, height), interpolation=cv2.INTER_AREA)
     outline = max(1, width // 300)
-    letters = np.pad(letters, outline)
-    dark = cv2.dilate(letters, np.ones((2 * outline + 1, 2 * outline + 1), np.uint8))
-    top = max(0, bottom - letters.shape[0])
-    left = max(0, (luma.shape[1] - letters.shape[1]) // 2)
-    place = luma[top : top + letters.shape[0], left : left + letters.shape[1]]
-    shape = place.shape
-    place[...] = np.where(dark[: shape[0], : shape[1]] > 64, _BLACK, place)
-    np.maximum(place, np.minimum(letters[: shape[0], : shape[1]], _WHITE), out=place)
+    scaled = np.pad(scaled, outline)
+    dark = cv2.dilate(scaled, np.ones((2 * outline + 1, 2 * outline + 1), np.uint8))
+    top = max(0, bottom - scaled.shape[0])
+    left = max(0, (luma.shape[1] - scaled.shape[1]) // 2)
+    place = luma[top : top + scaled.shape[0], left : left + scaled.shape[1]]
+    # By OpenCV: NumPy takes three times as long where it chooses pixel by pixel.
+    seen = np.s_[: place.shape[0], : place.shape[1]]
+    _, is_dark = cv2.threshold(dark[seen], 64, 255, cv2.THRESH_BINARY)
+    cv2.copyTo(np.full_like(place, _BLACK), is_dark, dst=place)
+    cv2.max(place, np.minimum(scaled[seen], _WHITE), dst=place)
