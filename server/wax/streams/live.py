@@ -412,8 +412,8 @@ class LiveService:
 def _log_changes(before: SendingLimits, now: SendingLimits, loads: Mapping[str, float]) -> None:
     if len(now.left) > len(before.left):
         _LOG.warning(
-            "encoding falls behind; the largest size is left for a while",
-            left=now.left[-1],
+            "encoding falls behind; the largest sizes are left for a while",
+            left=", ".join(now.left),
             largest=now.largest,
             loads={size: round(load, 2) for size, load in loads.items() if load},
         )
