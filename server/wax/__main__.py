@@ -22,6 +22,7 @@ from wax.clock import SystemClock
 from wax.config import settings as config
 from wax.errors import ConfigError, StateError, WaxError
 from wax.machine import threads
+from wax.machine.priority import lower_priority
 from wax.records.schema import EXPORTED
 from wax.telemetry import configure_logs, quiet_logs
 
@@ -565,32 +566,31 @@ def _tape(arguments: argparse.Namespace) -> int:
 def _tape_export(shelf: Shelf, settings: Settings, arguments: argparse.Namespace) -> str:
     from wax.dataset.command import export_lerobot
     from wax.dataset.mcap_export import export_mcap
+    from wax.dataset.parts import DRIVING_VIEW
+    from wax.dataset.piece_writer import Options
     from wax.tape.selection import select
 
+    def tell(text: str) -> None:
+        print(text, flush=True)
+
     selection = select(shelf, begin=arguments.begin, end=arguments.end, kept=arguments.kept)
+    lower_priority()
     if arguments.mcap is not None:
-        return export_mcap(
-            selection,
-            arguments.mcap,
-            jpeg=arguments.jpeg,
-            sound=arguments.sound,
-            tell=lambda text: print(text, flush=True),
-        )
-    return export_lerobot(
-        selection,
-        arguments.lerobot,
-        camera=arguments.camera,
+        jpeg, sound = arguments.jpeg, arguments.sound
+        return export_mcap(selection, arguments.mcap, jpeg=jpeg, sound=sound, tell=tell)
+    options = Options(
+        camera=arguments.camera or DRIVING_VIEW,
         fps=arguments.fps,
-        task=settings.recording.task,
-        units={one.name: one.unit for one in settings.gauges},
-        choices={one.name: one.choices for one in settings.controls if one.choices},
         acts_next=arguments.action == "next",
         joins=arguments.join,
         copies=arguments.copy,
         sound=arguments.sound,
         drop_under_s=arguments.drop_under,
-        tell=lambda text: print(text, flush=True),
+        task=settings.recording.task,
+        units={one.name: one.unit for one in settings.gauges},
+        choices={one.name: one.choices for one in settings.controls if one.choices},
     )
+    return export_lerobot(selection, arguments.lerobot, options, tell=tell)
 
 
 def _hook(arguments: argparse.Namespace) -> int:

@@ -7,6 +7,7 @@ import json
 import math
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -29,6 +30,7 @@ from tests.tape.decoded import flashes_s
 
 from wax.dataset import lerobot, piece_writer
 from wax.dataset.command import export_lerobot
+from wax.dataset.piece_writer import Options
 from wax.dataset.video_file import VideoFile
 from wax.errors import ConfigError, StateError
 from wax.protocol.tape_events import Filmed, Stopped, Tasked
@@ -43,19 +45,12 @@ if TYPE_CHECKING:
     from wax.dataset.statistics import PictureStatistics
 
 PART_S: Final = 4.0
-OPTIONS: Final[dict[str, Any]] = {
-    "camera": None,
-    "fps": None,
-    "task": "drive",
-    "units": {"motor_c": "°C"},
-    "choices": {"light": ["white", "warm", "red"]},
-    "acts_next": False,
-    "joins": False,
-    "copies": False,
-    "sound": False,
-    "drop_under_s": 0.5,
-    "tell": print,
-}
+OPTIONS: Final = Options(
+    task="drive",
+    units={"motor_c": "°C"},
+    choices={"light": ["white", "warm", "red"]},
+    drop_under_s=0.5,
+)
 STOPPED: Final = Stopped(number=1, pressed=True, viewer=2, by_host=False)
 RELEASED: Final = STOPPED.model_copy(update={"pressed": False})
 VIDEO: Final = "observation.images.driving_view"
@@ -100,7 +95,7 @@ def exported(shelf: Shelf, folder: Path, **options: Any) -> str:
     """Export all, and return what was printed."""
     said: list[str] = []
     selection = select(shelf, begin=options.pop("begin", None), end=options.pop("end", None))
-    said.append(export_lerobot(selection, folder, **(OPTIONS | {"tell": said.append} | options)))
+    said.append(export_lerobot(selection, folder, replace(OPTIONS, **options), tell=said.append))
     return "\n".join(said)
 
 
@@ -482,7 +477,7 @@ def test_parts_that_cannot_be_read_are_named(shelf: Shelf, tmp_path: Path) -> No
     empty.write_bytes(b"\x89MCAP0\r\n")
     said = exported(tape, tmp_path / "out")
     growing.close()
-    assert "nothing says what was driven" in said
+    assert "its events are missing, so nothing says what was driven" in said
     assert f"{growing.name}: is being written" in said
     assert "is no tape of WAX" in said
     assert "the tape has a gap" in said
@@ -510,8 +505,10 @@ def test_without_pyarrow_a_sentence_says_what_to_install(
         exported(shelf, tmp_path / "out")
 
 
-@pytest.mark.parametrize("asked", [{"fps": 0}, {"fps": 1000}, {"drop_under_s": math.nan}])
-def test_odd_options_are_refused(tmp_path: Path, asked: dict[str, float]) -> None:
+@pytest.mark.parametrize(
+    "asked", [Options(fps=0), Options(fps=1000), Options(drop_under_s=math.nan)]
+)
+def test_odd_options_are_refused(tmp_path: Path, asked: Options) -> None:
     """What cannot be meant is wrong usage, said before anything is read."""
     with pytest.raises(ConfigError, match="allowed is"):
-        export_lerobot(Selection([]), tmp_path / "out", **(OPTIONS | asked))
+        export_lerobot(Selection([]), tmp_path / "out", asked, tell=print)

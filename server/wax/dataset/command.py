@@ -2,60 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable
     from pathlib import Path
 
+    from wax.dataset.piece_writer import Options
     from wax.tape.selection import Selection
 
 _MOST_FPS: Final = 240
 
 
 def export_lerobot(
-    selection: Selection,
-    folder: Path,
-    *,
-    camera: str | None,
-    fps: int | None,
-    task: str,
-    units: Mapping[str, str],
-    choices: Mapping[str, Sequence[str]],
-    acts_next: bool,
-    joins: bool,
-    copies: bool,
-    sound: bool,
-    drop_under_s: float,
-    tell: Callable[[str], None],
+    selection: Selection, folder: Path, options: Options, *, tell: Callable[[str], None]
 ) -> str:
     """Export a dataset, and return what to print; raises `ConfigError` or `StateError`."""
+    fps, drop_under_s = options.fps, options.drop_under_s
     if fps is not None and not 1 <= fps <= _MOST_FPS:
         raise ConfigError(f"--fps: got {fps}; allowed is 1 to {_MOST_FPS}")
     if not drop_under_s >= 0:
         raise ConfigError(f"--drop-under: got {drop_under_s}; allowed is 0 and more")
     try:
         from wax.dataset.export import export  # noqa: PLC0415  # it needs pyarrow
-        from wax.dataset.piece_writer import Options  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise ConfigError(
             f"--lerobot needs {error.name}, which is not installed:"
             ' pip install "wax-teleop[dataset]"'
         ) from error
-    options = Options(
-        fps=fps,
-        task=task,
-        units=units,
-        choices=choices,
-        acts_next=acts_next,
-        joins=joins,
-        copies=copies,
-        sound=sound,
-        drop_under_s=drop_under_s,
-    )
-    if camera is not None:
-        options = replace(options, camera=camera)
     return export(selection, folder, options, tell=tell)

@@ -17,7 +17,6 @@ from wax.dataset.piece_writer import PieceWriter
 from wax.dataset.survey import survey
 from wax.dataset.video_file import CODEC
 from wax.errors import StateError, reason_of
-from wax.machine.priority import lower_priority
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -56,7 +55,6 @@ def export(
 
     Raises `StateError` with what to do; the same export then goes on where it was.
     """
-    lower_priority()
     found = survey(selection, camera=options.camera, joins=options.joins)
     if not found.episodes:
         raise StateError("\n".join(["nobody drove in what is recorded", *_said(found.left_out)]))

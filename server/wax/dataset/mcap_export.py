@@ -30,14 +30,11 @@ from wax.dataset.foxglove import (
     stamp,
     values_of,
 )
+from wax.dataset.parts import cameras_of, events_of
 from wax.dataset.pictures import PictureFile, decoded, packets, picture_file
 from wax.dataset.protobuf import encode, schema_of
-from wax.dataset.survey import DRIVING_VIEW
 from wax.errors import StateError, reason_of
-from wax.machine.priority import lower_priority
-from wax.protocol.tape_events import Filmed, Named, topic
-from wax.tape.reading import read_events
-from wax.tape.repaired import facts_of
+from wax.protocol.tape_events import Named, topic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -76,7 +73,6 @@ def export_mcap(
     """
     if path.exists():
         raise StateError(f"{path}: is there already; name another file, or delete it")
-    lower_priority()
     partial = path.with_name(f"{path.name}.partial")
     try:
         exported = _Export(selection, jpeg=jpeg, sound=sound)
@@ -122,23 +118,15 @@ class _Export:
         return count
 
     def _write_part(self, writer: Writer, part: Shelved) -> int:
-        if part.events is None:
-            raise StateError(f"{part.name}: nothing says when it was recorded")
-        read = read_events(part.events)
-        origin_s = read.began_wall_ms / 1000
-        if read.problem is not None:
-            self.left_out.append(f"{part.name}: {read.problem}")
-        events = [(origin_s + one.at_ms / 1000, one.event) for one in read.events]
-        media = {DRIVING_VIEW: (part.media, origin_s)}
-        for at_s, event in events:
-            if isinstance(event, Filmed):
-                media[event.name] = part.cameras.get(event.camera), at_s
-        streams = [self._events(events)]
-        for name, (path, began_s) in media.items():
-            if path is not None and (file := self._opened(part.name, path, began_s)) is not None:
+        events = events_of(part)
+        if events.problem is not None:
+            self.left_out.append(f"{part.name}: {events.problem}")
+        streams = [self._events(events.timed)]
+        for name, (path, began_s) in cameras_of(part, events).items():
+            if path is not None and (file := self._opened(path, began_s)) is not None:
                 streams.append(self._pictures(name, file))
         if self._sound and part.media is not None:
-            streams.append(self._sounds(part.media, origin_s))
+            streams.append(self._sounds(part.media, events.began_s))
         count = 0
         for item in heapq.merge(*streams, key=attrgetter("at_ns")):
             if self._has(item.at_ns / 1e9):
@@ -173,15 +161,12 @@ class _Export:
             if self._has(at_s) and (line := self._log.line_of(event)) is not None:
                 yield _Item(at_ns, "/log", LOG, line)
 
-    def _opened(self, name: str, path: Path, origin_s: float) -> PictureFile | None:
+    def _opened(self, path: Path, origin_s: float) -> PictureFile | None:
         try:
-            problem = facts_of(path).problem
-            if problem is None:
-                return picture_file(path, origin_s)
-        except (av.FFmpegError, OSError) as error:
-            problem = reason_of(error)
-        self.left_out.append(f"{name}: {problem}")
-        return None
+            return picture_file(path, origin_s)
+        except StateError as error:
+            self.left_out.append(str(error))
+            return None
 
     def _pictures(self, name: str, file: PictureFile) -> Iterator[_Item]:
         begin_s, end_s = self._selection.begin_s, self._selection.end_s

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import av
 
+from wax.errors import StateError, reason_of
+from wax.tape.repaired import facts_of
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
@@ -32,14 +35,20 @@ class PictureFile:
 
 
 def picture_file(path: Path, origin_s: float) -> PictureFile | None:
-    """Return what a file shows, None if it has no picture; raises `av.FFmpegError`, `OSError`."""
-    with av.open(str(path), "r") as media:
-        if not media.streams.video:
-            return None
-        stream = media.streams.video[0]
-        context = stream.codec_context
-        size = stream.width, stream.height
-        return PictureFile(path, origin_s, context.name, size, context.extradata)
+    """Return what a file shows, None if it has no picture; raises `StateError` if it is damaged."""
+    problem = facts_of(path).problem
+    try:
+        if problem is None:
+            with av.open(str(path), "r") as media:
+                if not media.streams.video:
+                    return None
+                stream = media.streams.video[0]
+                context = stream.codec_context
+                size = stream.width, stream.height
+                return PictureFile(path, origin_s, context.name, size, context.extradata)
+    except (av.FFmpegError, OSError) as error:
+        problem = reason_of(error)
+    raise StateError(f"{path.name}: {problem}")
 
 
 def packets(

@@ -9,10 +9,10 @@ import av
 
 from wax.dataset.episodes import LeftOut
 from wax.dataset.frames import Grid, Timeline, are_on_grid
+from wax.dataset.parts import DRIVING_VIEW
 from wax.dataset.pictures import decoded, packets
 from wax.dataset.sound_file import copy_sound
 from wax.dataset.statistics import PictureStatistics
-from wax.dataset.survey import DRIVING_VIEW
 from wax.dataset.video_file import CODEC, CopiedVideo, VideoFile
 
 if TYPE_CHECKING:

@@ -5,31 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-import av
-
 from wax.dataset.episodes import QUIET_S, EpisodeFinder, LeftOut
 from wax.dataset.frames import ACTIONS, named, told
+from wax.dataset.parts import DRIVING_VIEW, cameras_of, events_of
 from wax.dataset.pictures import picture_file
 from wax.errors import StateError, reason_of
-from wax.protocol.tape_events import Commanded, Filmed, Reported, Steered
+from wax.protocol.tape_events import Commanded, Reported, Steered
 from wax.tape.event_ending import ending_of
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from wax.dataset.episodes import Episode
     from wax.dataset.pictures import PictureFile
-    from wax.protocol.tape_events import Placed, TapeEvent
+    from wax.protocol.tape_events import TapeEvent
+    from wax.tape.reading import Events
     from wax.tape.selection import Selection
     from wax.tape.shelf import Shelved
 
-DRIVING_VIEW: Final = "driving_view"
-"""The name of the picture by which operators drive."""
 _KINDS: Final = (Commanded, Reported, Steered)
-_NO_EVENTS: Final = "nothing says what was driven"
 _OPEN: Final = "is being written; it is whole when the next part begins"
 _NO_PICTURE: Final = "has no picture of this camera"
 _DISOWNED: Final = "its operator does not want it to be used"
@@ -74,7 +70,7 @@ class Survey:
         found = [
             (at_s, event)
             for part in self.within(begin_s, end_s)
-            for at_s, event in _placed(part.began_s, read_events(part.events).events)
+            for at_s, event in read_events(part.events).timed
             if isinstance(event, _KINDS) and at_s > part.began_s
         ]
         return sorted(found, key=lambda one: one[0])
@@ -88,13 +84,16 @@ def survey(selection: Selection, *, camera: str = DRIVING_VIEW, joins: bool = Fa
     cameras: set[str] = {DRIVING_VIEW}
     for part in selection.parts:
         try:
-            read = _read(part, finder)
-            found.parts.append(_survey(part, read, camera, cameras))
-            for _, event in read.placed:
+            events = events_of(part)
+            finder.begin_part(events.began_s)
+            for at_s, event in events.timed:
+                finder.add(at_s, event)
+            found.parts.append(_survey(part, events, camera, cameras))
+            for _, event in events.timed:
                 seen.add(event)
-            if read.problem is not None:
-                why = f"{part.name}: {read.problem}"
-                found.left_out.append(LeftOut(read.ended_s, read.ended_s, why))
+            if events.problem is not None:
+                why = f"{part.name}: {events.problem}"
+                found.left_out.append(LeftOut(events.ended_s, events.ended_s, why))
         except StateError as error:
             found.left_out.append(LeftOut(part.began_s, part.ended_s, str(error)))
     if camera not in cameras:
@@ -143,63 +142,19 @@ class _Values:
         return tuple(self._told or ())
 
 
-@dataclass(frozen=True, slots=True)
-class _Read:
-    """The events of a part; `problem` is what could not be read."""
-
-    path: Path
-    began_s: float
-    placed: list[tuple[float, TapeEvent]]
-    problem: str | None
-
-    @property
-    def ended_s(self) -> float:
-        """The time of the newest event."""
-        return self.placed[-1][0] if self.placed else self.began_s
-
-
-def _read(part: Shelved, finder: EpisodeFinder) -> _Read:
-    """Read a part's events, which the finder gets, too; raises `StateError`."""
-    if part.events is None:
-        raise StateError(f"{part.name}: {_NO_EVENTS}")
-    events = read_events(part.events)
-    began_s = events.began_wall_ms / 1000
-    read = _Read(part.events, began_s, list(_placed(began_s, events.events)), events.problem)
-    finder.begin_part(began_s)
-    for at_s, event in read.placed:
-        finder.add(at_s, event)
-    return read
-
-
-def _survey(part: Shelved, read: _Read, camera: str, cameras: set[str]) -> SurveyedPart:
+def _survey(part: Shelved, events: Events, camera: str, cameras: set[str]) -> SurveyedPart:
     """Return what a part has to export; raises `StateError` with the reason if nothing can."""
+    assert part.events is not None
     try:
-        if ending_of(read.path) == "open":
+        if ending_of(part.events) == "open":
             raise StateError(f"{part.name}: {_OPEN}")
     except OSError as error:
         raise StateError(f"{part.name}: {reason_of(error)}") from error
-    begins = {DRIVING_VIEW: (part.media, read.began_s)}
-    for at_s, event in read.placed:
-        if isinstance(event, Filmed):
-            begins[event.name] = part.cameras.get(event.camera), at_s
-    cameras.update(begins)
-    path, origin_s = begins.get(camera, (None, read.began_s))
-    media = None if path is None else _media(part.name, path, origin_s)
+    files = cameras_of(part, events)
+    cameras.update(files)
+    path, origin_s = files.get(camera, (None, events.began_s))
+    media = None if path is None else picture_file(path, origin_s)
     if media is None:
         raise StateError(f"{part.name}: {_NO_PICTURE}")
     sound = part.media if part.media is not None and facts_of(part.media).has_sound else None
-    return SurveyedPart(read.path, read.began_s, read.ended_s + QUIET_S, media, sound)
-
-
-def _media(name: str, path: Path, origin_s: float) -> PictureFile | None:
-    problem = facts_of(path).problem
-    if problem is not None:
-        raise StateError(f"{name}: {problem}")
-    try:
-        return picture_file(path, origin_s)
-    except (av.FFmpegError, OSError) as error:
-        raise StateError(f"{name}: {reason_of(error)}") from error
-
-
-def _placed(began_s: float, events: Sequence[Placed]) -> Iterator[tuple[float, TapeEvent]]:
-    return ((began_s + one.at_ms / 1000, one.event) for one in events)
+    return SurveyedPart(part.events, events.began_s, events.ended_s + QUIET_S, media, sound)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     from mcap.records import McapRecord
 
+    from wax.protocol.tape_events import TapeEvent
+
 _MOST_BYTES: Final = 256_000_000
 """Ten minutes with a hundred viewers take a tenth of this when decompressed."""
 _MOST_EVENTS: Final = 1_000_000
@@ -45,6 +47,21 @@ class Events:
     began_wall_ms: float
     events: list[Placed]
     problem: str | None
+
+    @property
+    def began_s(self) -> float:
+        """The beginning, in seconds since 1970."""
+        return self.began_wall_ms / 1000
+
+    @property
+    def timed(self) -> list[tuple[float, TapeEvent]]:
+        """The events with their times, in seconds since 1970."""
+        return [(self.began_s + one.at_ms / 1000, one.event) for one in self.events]
+
+    @property
+    def ended_s(self) -> float:
+        """The time of the newest event, in seconds since 1970."""
+        return self.began_s + self.length_ms / 1000
 
     @property
     def length_ms(self) -> float:
