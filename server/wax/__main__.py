@@ -323,9 +323,9 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     tape = commands.add_parser(
         "tape",
-        help="list, keep, repair or delete what was recorded",
-        description="List, keep, repair or delete what [recording] has put on disk, also while it"
-        " records. Times are in UTC.",
+        help="list, keep, export, repair or delete what was recorded",
+        description="List, keep, export, repair or delete what [recording] has put on disk, also"
+        " while it records. Times are in UTC.",
     )
     tape.add_argument("--folder", type=Path, metavar="DIR", help="if it is not as configured")
     acts = tape.add_subparsers(dest="act", metavar="ACT", required=True)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import errno
 import json
 import math
+import os
 import shutil
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,8 +30,10 @@ from tests.dataset.driven_tape import (
 )
 from tests.tape.decoded import flashes_s
 
-from wax.dataset import lerobot, piece_writer
+from wax import state_dir
+from wax.dataset import lerobot, piece_writer, survey
 from wax.dataset.command import export_lerobot
+from wax.dataset.pictures import PictureFile, picture_file
 from wax.dataset.piece_writer import Options
 from wax.dataset.video_file import VideoFile
 from wax.errors import ConfigError, StateError
@@ -42,7 +46,6 @@ if TYPE_CHECKING:
 
     from tests.dataset.driven_tape import Timed
 
-    from wax.dataset.statistics import PictureStatistics
 
 PART_S: Final = 4.0
 OPTIONS: Final = Options(
@@ -143,6 +146,7 @@ def test_it_is_as_lerobot_has_it(shelf: Shelf, tmp_path: Path) -> None:
     exported(shelf, out)
     info = json.loads((out / "meta/info.json").read_text())
     assert (info["codebase_version"], info["fps"], info["total_frames"]) == ("v3.0", FPS, 158)
+    assert not {one for one in info if "wax" in one}  # of a field that it does not know, it warns
     features = info["features"]
     assert features["action"]["names"] == ["linear_mps", "angular_rps"]
     assert features[VIDEO]["shape"] == [SIZE[1], SIZE[0], 3]
@@ -206,6 +210,28 @@ def test_a_gap_in_the_pictures_is_never_filled(tape: Shelf, tmp_path: Path) -> N
     captured_s = [row["wax.captured_s"] - BEGAN_S for row in found]
     assert captured_s[7] == captured_s[8]
     assert not [at_s for at_s in captured_s if 1.5 < at_s < 2.5]
+
+
+@pytest.mark.parametrize("acts_next", [False, True])
+def test_an_episode_has_at_least_two_frames(tape: Shelf, tmp_path: Path, acts_next: bool) -> None:
+    """A single picture teaches nothing, however short an episode may be; nothing is left of it."""
+    shown = [at_s for at_s in times_s(0) if at_s < 2.0 or round(at_s * FPS) == 60]
+    write_part(tape, driven(0), shown)
+    said = exported(tape, tmp_path / "out", drop_under_s=0.0, acts_next=acts_next)
+    assert "1 episodes" in said
+    assert f"turn 1: lasts for {0.0 if acts_next else 0.05:.1f} s" in said
+    assert len(list((tmp_path / "out").rglob("*.mp4"))) == 1
+
+
+def test_pictures_after_the_last_event_of_a_part_are_taken(tape: Shelf, tmp_path: Path) -> None:
+    """While nothing changes, a part's pictures go on for longer than its events."""
+    write_part(tape, [one for one in driven(0) if one[0] < 3.2], times_s(0))
+    write_part(tape, driven(1), times_s(1))
+    exported(tape, tmp_path / "out", begin="2026-11-23T14:00:03.5")
+    first = rows(tmp_path / "out")[0]
+    assert first["wax.captured_s"] - BEGAN_S == pytest.approx(3.5, abs=0.011)
+    (*_, newest) = (event for at_s, event in driven(0) if at_s < 3.2 and event.type == "steered")
+    assert first["action"][0] == pytest.approx(newest.linear_mps)
 
 
 def test_axes_controls_and_gauges_are_features_by_their_names(tape: Shelf, tmp_path: Path) -> None:
@@ -324,19 +350,19 @@ def test_another_camera_and_rate_can_be_chosen(tape: Shelf, tmp_path: Path) -> N
 def test_pictures_can_be_copied_as_they_are(tape: Shelf, tmp_path: Path) -> None:
     """H.264 from a keyframe on, one for each frame, stays bit for bit what was recorded."""
     for part in range(2):
-        events = driven(part) if part else [*driven(0)[3:], (1.0, turned(1))]
+        events = driven(part) if part else [*driven(0)[3:], (1.7, turned(1))]
         write_part(tape, events, times_s(part), codec="h264", is_keyframe=lambda n: n % 30 == 0)
     said = exported(tape, tmp_path / "out", copies=True)
-    assert "1 episodes, 130 frames" in said
-    assert "0.5 s: turn 1: lies before a keyframe" in said
+    assert "1 episodes, 100 frames" in said
+    assert "1.3 s: turn 1: lies before a keyframe" in said
     found = rows(tmp_path / "out")
     captured_s = [row["wax.captured_s"] for row in found]
-    assert captured_s[0] - BEGAN_S == pytest.approx(1.5, abs=0.011)
+    assert captured_s[0] - BEGAN_S == pytest.approx(3.0, abs=0.011)
     shown = stamped_s(tmp_path / "out", captured_s)
     assert np.abs(np.subtract(shown, captured_s)).max() <= 0.5 / FPS
     (video,) = (tmp_path / "out/videos").rglob("*.mp4")
     taped = [one for part in tape.parts() for one in _pictures(part.media)]
-    assert _pictures(video) == taped[30:]
+    assert _pictures(video) == taped[60:]
 
 
 def _pictures(path: Path | None) -> list[bytes]:
@@ -353,6 +379,28 @@ def test_pictures_that_do_not_fit_are_encoded(tape: Shelf, tmp_path: Path) -> No
     assert rows(tmp_path / "out") == rows(tmp_path / "encoded")
     videos = [next((tmp_path / name).rglob("*.mp4")) for name in ("out", "encoded")]
     assert _pictures(videos[0]) == _pictures(videos[1])
+
+
+def test_pictures_with_another_header_are_encoded(
+    tape: Shelf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file of copied pictures has one header, by which the others could not be decoded."""
+    for part in range(2):
+        write_part(tape, driven(part), times_s(part), codec="h264", is_keyframe=lambda n: n == 0)
+    exported(tape, tmp_path / "copied", copies=True)
+
+    def headed(path: Path, origin_s: float) -> PictureFile | None:
+        file = picture_file(path, origin_s)
+        return None if file is None else replace(file, header=path.name.encode())
+
+    monkeypatch.setattr(survey, "picture_file", headed)
+    exported(tape, tmp_path / "out", copies=True)
+    taped = [_pictures(part.media) for part in tape.parts()]
+    copied, encoded = (
+        _pictures(next((tmp_path / name).rglob("*.mp4"))) for name in ("copied", "out")
+    )
+    assert copied[-len(taped[1]) :] == taped[1]
+    assert encoded[-len(taped[1]) :] != taped[1]
 
 
 def test_pictures_of_another_size_are_left_out(tape: Shelf, tmp_path: Path) -> None:
@@ -391,30 +439,22 @@ def test_a_time_can_be_chosen(shelf: Shelf, tmp_path: Path) -> None:
     assert captured_s[-1] < 3.0
 
 
-class FullDisk:
-    """An episode's file on a disk that is full after the first episode."""
-
-    episodes = 0
+class FullDisk(VideoFile):
+    """A disk that is full after the first episode."""
 
     def __init__(self, path: Path, *, fps: int, size: tuple[int, int]) -> None:
-        if type(self).episodes:
+        if path.stem != "file-000":
             raise OSError(errno.ENOSPC, "No space left on device")
-        type(self).episodes += 1
-        self._file = VideoFile(path, fps=fps, size=size)
-
-    def add(self, frame: av.VideoFrame, statistics: PictureStatistics) -> None:
-        self._file.add(frame, statistics)
-
-    def close(self) -> None:
-        self._file.close()
+        super().__init__(path, fps=fps, size=size)
 
 
 def test_an_export_that_was_interrupted_goes_on(
     tape: Shelf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A full disk leaves nothing that looks whole; the same command then writes the rest."""
-    stops: list[Timed] = [(1.5, STOPPED), (2.0, RELEASED)]
-    write_part(tape, [*driven(0), *stops], times_s(0))
+    stops: list[Timed] = [(1.9, STOPPED), (2.0, RELEASED)]
+    shown = [at_s for at_s in times_s(0) if not 0.3 < at_s < 1.0]
+    write_part(tape, [*driven(0), *stops], shown)
     exported(tape, tmp_path / "whole")
     with monkeypatch.context() as patched:
         patched.setattr(piece_writer, "VideoFile", FullDisk)
@@ -429,8 +469,51 @@ def test_an_export_that_was_interrupted_goes_on(
     said = exported(tape, tmp_path / "out")
     assert said.startswith("Going on after 1 of 2 turns.\n2 of 2: turn 1")
     assert rows(tmp_path / "out") == rows(tmp_path / "whole")
+    about, whole = (tmp_path / name / "meta/wax.json" for name in ("out", "whole"))
+    assert about.read_text() == whole.read_text()
+    reasons = [one["why"] for one in json.loads(about.read_text())["left_out"]]
+    assert reasons == ["Stop was pressed", "turn 1: lasts for 0.2 s", "turn 1: the tape has a gap"]
     assert not partial.exists()
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["data", "meta", "videos"]
+
+
+def test_what_is_finished_outlasts_a_power_cut(
+    tape: Shelf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An episode's files are on the disk before the journal says that they are there; in the end
+    all files are, before the folder has its name.
+    """
+    done: list[str] = []
+    monkeypatch.setattr(state_dir, "sync", lambda path: done.append(path.name))
+    monkeypatch.setattr(os, "fsync", lambda _: done.append("journal"))
+    turns: list[Timed] = [(2.0, turned(2))]
+    write_part(tape, [*driven(0), *turns], times_s(0), has_sound=True)
+    done.clear()
+    exported(tape, tmp_path / "out", sound=True)
+    began, *told = (number for number, name in enumerate(done) if name == "journal")
+    assert [sorted(done[after + 1 : at]) for after, at in pairwise((began, *told))] == [
+        [f"file-{number:03d}.{kind}" for kind in ("mp4", "ogg", "parquet")] for number in range(2)
+    ]
+    assert done[-1] == tmp_path.name
+    written = {path.name for path in (tmp_path / "out").rglob("*")}
+    assert written <= set(done[told[-1] + 1 : -1])
+
+
+def test_a_part_that_is_deleted_meanwhile_is_told(tape: Shelf, tmp_path: Path) -> None:
+    """A server that records deletes its oldest parts, also while they are exported."""
+    write_part(tape, driven(0), times_s(0))
+    write_part(tape, [*driven(1)[1:], (PART_S, turned(2))], times_s(1))
+    media = tape.parts()[1].media
+    assert media is not None
+    said: list[str] = []
+
+    def tell(text: str) -> None:
+        said.append(text)
+        media.unlink(missing_ok=True)
+
+    said.append(export_lerobot(select(tape), tmp_path / "out", OPTIONS, tell=tell))
+    assert "1 episodes, 80 frames" in said[-1]
+    assert f"turn 2: {media.name}: its pictures cannot be read: No such file" in said[-1]
 
 
 def test_a_turn_that_is_disowned_is_left_out(tape: Shelf, tmp_path: Path) -> None:
@@ -470,6 +553,8 @@ def test_parts_that_cannot_be_read_are_named(shelf: Shelf, tmp_path: Path) -> No
     growing = write_part(tape, [(20.0, turned(1))], [20.0], has_end=False)
     half = tape.path("wax-20261123T150000Z", ".webm")
     half.write_bytes(b"no events beside it")
+    third = write_part(tape, driven(2), times_s(2))
+    tape.path(third.name, ".webm").write_bytes(b"torn")
     first = tape.parts()[0]
     assert first.media is not None
     first.media.write_bytes(first.media.read_bytes()[: first.media.stat().st_size // 2])
@@ -478,7 +563,8 @@ def test_parts_that_cannot_be_read_are_named(shelf: Shelf, tmp_path: Path) -> No
     said = exported(tape, tmp_path / "out")
     growing.close()
     assert "its events are missing, so nothing says what was driven" in said
-    assert f"{growing.name}: is being written" in said
+    assert f"{growing.name}: is still being written; export it once" in said
+    assert f"{third.name}.webm: Picture and sound are damaged" in said
     assert "is no tape of WAX" in said
     assert "the tape has a gap" in said
     captured_s = [row["wax.captured_s"] - BEGAN_S for row in rows(tmp_path / "out")]
@@ -487,9 +573,9 @@ def test_parts_that_cannot_be_read_are_named(shelf: Shelf, tmp_path: Path) -> No
 
 
 def test_nobody_who_drove_is_a_sentence(tape: Shelf, tmp_path: Path) -> None:
-    """A tape on which nobody drove gives no dataset."""
+    """A tape on which nobody drove gives no dataset, nor does one that is still written."""
     write_part(tape, [(0.0, steered(0.0))], times_s(0, 1.0))
-    with pytest.raises(StateError, match="nobody drove in what is recorded"):
+    with pytest.raises(StateError, match="no turn is recorded that can be exported"):
         exported(tape, tmp_path / "out")
     assert not (tmp_path / "out.partial").exists()
 

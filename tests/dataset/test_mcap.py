@@ -245,10 +245,13 @@ def test_an_unreadable_part_is_told(tape: Shelf, tmp_path: Path) -> None:
     """The others are exported."""
     write_part(tape, DRIVEN, TIMES_S)
     write_part(tape, [(2.0, reported(9.0))], [one + 2.0 for one in TIMES_S])
-    damaged, _ = tape.parts()
+    odd: Timed = (4.0, commanded(held=True).model_copy(update={"seq": 2**70}))
+    write_part(tape, [odd], [one + 4.0 for one in TIMES_S])
+    damaged, _, hostile = tape.parts()
     assert damaged.events is not None
     damaged.events.write_bytes(b"torn")
     path = tmp_path / "tape.mcap"
     said = export_mcap(select(tape), path, tell=print)
     assert damaged.name in said
+    assert f"left out: {hostile.name}: Value out of range" in said
     assert [pose.pose.position.x for _, pose in decode(path)["/pose"]] == [9.0]

@@ -57,7 +57,9 @@ def export(
     """
     found = survey(selection, camera=options.camera, joins=options.joins)
     if not found.episodes:
-        raise StateError("\n".join(["nobody drove in what is recorded", *_said(found.left_out)]))
+        raise StateError(
+            "\n".join(["no turn is recorded that can be exported", *_said(found.left_out)])
+        )
     layout = Layout(
         camera=options.camera,
         codec=CODEC,

@@ -209,7 +209,8 @@ class LeRobotFolder:
             name: statistics.merged([_arrays(one, name) for one in episodes]) for name in names
         }
         self._write_json("meta/stats.json", statistics.as_json(stats))
-        self._write_json(ABOUT, {**about, "left_out": self.journal.left_out})
+        told = {"wax_version": __version__, **about, "left_out": self.journal.left_out}
+        self._write_json(ABOUT, told)
         tasks = self.tasks
         table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": tasks})
         table = table.replace_schema_metadata({"pandas": json.dumps(_PANDAS)})
@@ -281,7 +282,6 @@ class LeRobotFolder:
             "data_path": _DATA,
             "video_path": _VIDEO,
             "features": layout.features(),
-            "wax_version": __version__,
         }
 
     def _resumed(self) -> Journal:

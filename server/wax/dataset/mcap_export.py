@@ -114,6 +114,8 @@ class _Export:
                 count += self._write_part(writer, part)
             except StateError as error:
                 self.left_out.append(str(error))
+            except ValueError as error:  # a number that is too large
+                self.left_out.append(f"{part.name}: {error}")
             tell(f"{number} of {len(parts)}: {part.name}")
         return count
 
@@ -190,7 +192,7 @@ class _Export:
                     if not waits:
                         yield captured_s, bytes(converted)
         except (av.FFmpegError, OSError) as error:
-            self.left_out.append(f"{file.path.name}: its pictures are damaged: {reason_of(error)}")
+            self._cannot_read(file.path, "pictures", error)
 
     def _encoded(
         self, file: PictureFile, begin_s: float, end_s: float
@@ -222,4 +224,7 @@ class _Export:
                             },
                         )
         except (av.FFmpegError, OSError) as error:
-            self.left_out.append(f"{path.name}: its sound is damaged: {reason_of(error)}")
+            self._cannot_read(path, "sound", error)
+
+    def _cannot_read(self, path: Path, what: str, error: Exception) -> None:
+        self.left_out.append(f"{path.name}: its {what} cannot be read: {reason_of(error)}")

@@ -83,7 +83,7 @@ def decoded(
                     if (captured_s := file.origin_s + frame.time) >= begin_s:
                         yield captured_s, frame
         except (av.FFmpegError, OSError) as error:
-            tell(f"{file.path.name}: its pictures are damaged: {str(error).lower()}")
+            tell(f"{file.path.name}: its pictures cannot be read: {reason_of(error)}")
 
 
 def _seek(media: InputContainer, at_s: float) -> None:

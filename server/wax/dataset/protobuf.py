@@ -1,36 +1,18 @@
-"""Encodes Protocol Buffers messages, and the schemas by which a reader of MCAP decodes them. Pure.
+"""Makes messages of Protocol Buffers, and the schemas by which a reader of MCAP decodes them. Pure.
 
-Only what an exported tape needs (https://protobuf.dev/programming-guides/encoding). The viewers
-decode no JSON as pictures or as poses.
+The viewers decode no JSON as pictures or as poses.
 """
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
-
-_VARINT: Final = 0
-_FIXED64: Final = 1
-_BYTES: Final = 2
-_FIXED32: Final = 5
-_TYPES: Final = {
-    "double": (1, _FIXED64),
-    "int64": (3, _VARINT),
-    "fixed32": (7, _FIXED32),
-    "bool": (8, _VARINT),
-    "string": (9, _BYTES),
-    "bytes": (12, _BYTES),
-    "int32": (5, _VARINT),
-}
-"""The number of each type in `descriptor.proto`, and how it is encoded."""
-_MESSAGE: Final = 11
-_ENUM: Final = 14
-_OPTIONAL: Final = 1
-_REPEATED: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +25,7 @@ class Enum:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field; `type` is one of `_TYPES`, a message or an enumeration."""
+    """A field; `type` is the name of a scalar type, a message or an enumeration."""
 
     name: str
     number: int
@@ -71,104 +53,37 @@ class MessageType:
 
 
 def encode(message: MessageType, values: Mapping[str, Any]) -> bytes:
-    """Encode a message; what `values` does not have, or has as None, is left out."""
-    return b"".join(
-        _field(one, value)
-        for one in message.fields
-        if (given := values.get(one.name)) is not None
-        for value in (given if one.repeated else (given,))
-    )
+    """Encode a message; what `values` has as None, or nothing for its fields, is left out.
+
+    Raises `ValueError` for a number that is too large for its field.
+    """
+    known = {one.name: values.get(one.name) for one in message.fields}
+    encoded: bytes = _class_of(message)(**known).SerializeToString()
+    return encoded
 
 
 def schema_of(message: MessageType) -> bytes:
     """Return the `FileDescriptorSet` of a message and of all messages in it."""
-    files = [{"file": _described(one)} for one in _with_parts(message)]
-    return b"".join(encode(_FILE_SET, one) for one in files)
+    return descriptor_pb2.FileDescriptorSet(file=_files(message)).SerializeToString()
 
 
-def _field(field: Field, value: Any) -> bytes:
-    if isinstance(field.type, MessageType):
-        return _packed(field.number, encode(field.type, value))
-    if isinstance(field.type, Enum):
-        return _key(field.number, _VARINT) + _varint(field.type.values.index(value))
-    wire = _TYPES[field.type][1]
-    if wire == _BYTES:
-        return _packed(field.number, value.encode() if isinstance(value, str) else value)
-    if wire == _VARINT:
-        return _key(field.number, wire) + _varint(int(value))
-    return _key(field.number, wire) + struct.pack("<d" if wire == _FIXED64 else "<I", value)
+@cache
+def _class_of(message: MessageType) -> Any:
+    pool = descriptor_pool.DescriptorPool()
+    for one in _files(message):
+        pool.Add(one)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(message.full_name))
 
 
-def _packed(number: int, data: bytes) -> bytes:
-    return _key(number, _BYTES) + _varint(len(data)) + data
-
-
-def _key(number: int, wire: int) -> bytes:
-    return _varint(number << 3 | wire)
-
-
-def _varint(value: int) -> bytes:
-    value &= 2**64 - 1
-    encoded = bytearray()
-    while value > 0x7F:
-        encoded.append(value & 0x7F | 0x80)
-        value >>= 7
-    encoded.append(value)
-    return bytes(encoded)
-
-
-# --- the schema of schemas (google/protobuf/descriptor.proto) ---------------------------------
-
-_STRING: Final = "string"
-_ENUM_VALUE: Final = MessageType(
-    "", "EnumValueDescriptorProto", (Field("name", 1, _STRING), Field("number", 2, "int32"))
-)
-_ENUM_TYPE: Final = MessageType(
-    "", "EnumDescriptorProto", (Field("name", 1, _STRING), Field("value", 2, _ENUM_VALUE, True))
-)
-_FIELD: Final = MessageType(
-    "",
-    "FieldDescriptorProto",
-    (
-        Field("name", 1, _STRING),
-        Field("number", 3, "int32"),
-        Field("label", 4, "int32"),
-        Field("type", 5, "int32"),
-        Field("type_name", 6, _STRING),
-    ),
-)
-_DESCRIPTOR: Final = MessageType(
-    "",
-    "DescriptorProto",
-    (
-        Field("name", 1, _STRING),
-        Field("field", 2, _FIELD, True),
-        Field("enum_type", 4, _ENUM_TYPE, True),
-    ),
-)
-_FILE: Final = MessageType(
-    "",
-    "FileDescriptorProto",
-    (
-        Field("name", 1, _STRING),
-        Field("package", 2, _STRING),
-        Field("dependency", 3, _STRING, True),
-        Field("message_type", 4, _DESCRIPTOR, True),
-        Field("syntax", 12, _STRING),
-    ),
-)
-_FILE_SET: Final = MessageType("", "FileDescriptorSet", (Field("file", 1, _FILE),))
-
-
-def _with_parts(message: MessageType) -> Iterable[MessageType]:
-    """Return each message once, after those that are in it."""
-    found: dict[str, MessageType] = {}
+def _files(message: MessageType) -> Iterable[descriptor_pb2.FileDescriptorProto]:
+    """Return a file for each message, once, after those that are in it."""
+    found: dict[str, descriptor_pb2.FileDescriptorProto] = {}
 
     def visit(one: MessageType) -> None:
         for field in one.fields:
             if isinstance(field.type, MessageType):
                 visit(field.type)
-        found[one.full_name] = one
+        found[one.full_name] = descriptor_pb2.FileDescriptorProto(**_described(one))
 
     visit(message)
     return found.values()
@@ -205,13 +120,14 @@ def _described_field(message: MessageType, field: Field) -> dict[str, Any]:
     described: dict[str, Any] = {
         "name": field.name,
         "number": field.number,
-        "label": _REPEATED if field.repeated else _OPTIONAL,
+        "label": "LABEL_REPEATED" if field.repeated else "LABEL_OPTIONAL",
     }
     match field.type:
         case MessageType():
-            return described | {"type": _MESSAGE, "type_name": f".{field.type.full_name}"}
+            name = f".{field.type.full_name}"
+            return described | {"type": "TYPE_MESSAGE", "type_name": name}
         case Enum():
             name = f".{message.full_name}.{field.type.name}"
-            return described | {"type": _ENUM, "type_name": name}
+            return described | {"type": "TYPE_ENUM", "type_name": name}
         case _:
-            return described | {"type": _TYPES[field.type][0]}
+            return described | {"type": f"TYPE_{field.type.upper()}"}

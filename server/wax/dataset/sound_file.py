@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import av
 
+from wax import state_dir
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ def copy_sound(files: Sequence[Taped], path: Path, begin_s: float, end_s: float)
             packet.time_base = _TIME_BASE
             packet.stream = stream
             container.mux_one(packet)
+    if stream is not None:
+        state_dir.sync(path)
 
 
 def _packets(

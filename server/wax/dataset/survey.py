@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from wax.tape.shelf import Shelved
 
 _KINDS: Final = (Commanded, Reported, Steered)
-_OPEN: Final = "is being written; it is whole when the next part begins"
+_OPEN: Final = "is still being written; export it once the next part begins, or the server ends"
 _NO_PICTURE: Final = "has no picture of this camera"
 _DISOWNED: Final = "its operator does not want it to be used"
 
