@@ -84,6 +84,35 @@ def beats(state: GateState, from_s: float, to_s: float, turn: TurnView = TURN) -
     return state
 
 
+AHEAD = Twist(0.8, 0.0)
+STANDING = Setpoint(soft=True)
+
+
+def held_back(why: Hold) -> Setpoint:
+    return Setpoint(reason=why.value, soft=why is Hold.LAPSED)
+
+
+def trace(
+    state: GateState,
+    *ticks: tuple[float, Command | LatchedStop | None, Setpoint | Twist],
+    turn: TurnView = TURN,
+) -> GateState:
+    """Play ticks: when, what arrives, and what the robot gets; return the gate after them.
+
+    A Stop is in force for one tick. An operator whose command is refused is told why.
+    """
+    for now_s, arrives, gets in ticks:
+        stop, refusal = None, None
+        if isinstance(arrives, LatchedStop):
+            stop = arrives
+        elif arrives is not None:
+            state, refusal = offer(state, arrives, turn=turn, now_s=now_s)
+        state, setpoint = gate.decide(state, turn, stop, now_s, RULES)
+        assert gets == (setpoint.twist if isinstance(gets, Twist) else setpoint), f"at {now_s} s"
+        assert refusal is None or setpoint.reason == refusal.value, f"at {now_s} s"
+    return state
+
+
 def ready() -> GateState:
     """Return a gate that has seen neutral, number 10, at 101 s."""
     state, refusal = offer(gate.begin(3, START_S), command(10, 101.0))
@@ -97,6 +126,23 @@ def driving() -> GateState:
     assert refusal is None
     assert decide(state, 101.1).twist == Twist(0.8, 0.0)
     return state
+
+
+def test_a_turn() -> None:
+    """A held key waits for neutral; driving goes on after a short gap, but not after a long one."""
+    trace(
+        gate.begin(3, 100.0),
+        # when, what arrives, and what the robot gets
+        (100.10, command(1, 100.10, linear=1.0), held_back(Hold.TURN_STARTED)),
+        (100.20, command(2, 100.20), STANDING),
+        (100.30, command(3, 100.30, linear=1.0), AHEAD),
+        (100.54, None, AHEAD),
+        (100.56, None, Setpoint(reason=Refusal.TOO_OLD.value, soft=True)),  # 0.15 + 0.1 s
+        (101.30, command(4, 101.30, linear=1.0), AHEAD),
+        (102.40, command(5, 102.40, linear=1.0), held_back(Hold.LAPSED)),  # after 1.1 s
+        (102.50, command(6, 102.50), STANDING),
+        (102.60, command(7, 102.60, linear=1.0), AHEAD),
+    )
 
 
 def test_neutral_then_drive_moves() -> None:
@@ -163,10 +209,12 @@ def test_refused(why: Refusal, circumstances: dict[str, object], change: dict[st
 
 def test_age_counts_from_the_senders_stamp() -> None:
     """A command counts for max_age_ms plus the measured delay after it was sent."""
-    state, refusal = offer(ready(), command(11, 101.1, linear=1.0), now_s=101.2)
-    assert refusal is None
-    assert not decide(state, 101.349).twist.is_zero
-    assert decide(state, 101.351) == Setpoint(reason=Refusal.TOO_OLD.value, soft=True)
+    trace(
+        ready(),
+        (101.2, command(11, 101.1, linear=1.0), AHEAD),
+        (101.349, None, AHEAD),
+        (101.351, None, Setpoint(reason=Refusal.TOO_OLD.value, soft=True)),
+    )
 
 
 def test_unknown_delay_is_no_allowance() -> None:
@@ -178,10 +226,12 @@ def test_unknown_delay_is_no_allowance() -> None:
 
 def test_stamp_ahead_does_not_last_longer() -> None:
     """A timestamp slightly ahead counts as the time of arrival."""
-    state, refusal = offer(ready(), command(11, 101.2, linear=1.0), now_s=101.1)
-    assert refusal is None
-    assert not decide(state, 101.349).twist.is_zero
-    assert decide(state, 101.351).twist.is_zero
+    trace(
+        ready(),
+        (101.1, command(11, 101.2, linear=1.0), AHEAD),
+        (101.349, None, AHEAD),
+        (101.351, None, STANDSTILL),
+    )
 
 
 def test_standstill_without_operator() -> None:
@@ -194,46 +244,27 @@ def test_standstill_without_operator() -> None:
     assert decide(state, 101.1, other) == Setpoint(reason=Hold.TURN_STARTED.value)
 
 
-def test_turn_begins_with_neutral() -> None:
-    """A key held down from before the turn moves nothing until it was released."""
-    state, refusal = offer(gate.begin(3, START_S), command(1, 100.1, linear=1.0))
-    assert refusal is None
-    assert decide(state, 100.1) == Setpoint(reason=Hold.TURN_STARTED.value)
-    state, _ = offer(state, command(2, 100.2))
-    state, _ = offer(state, command(3, 100.3, linear=1.0))
-    assert decide(state, 100.3).twist == Twist(0.8, 0.0)
-
-
 @pytest.mark.parametrize("why", Hold)
 def test_hold_needs_a_later_neutral(why: Hold) -> None:
     """After a hold nothing moves until a neutral command that was sent after it has come."""
-    state = gate.require_neutral(driving(), 101.15, why)
-    held_back = Setpoint(reason=why.value, soft=why is Hold.LAPSED)
-    assert decide(state, 101.15) == held_back
-    state, _ = offer(state, command(12, 101.2, linear=1.0))
-    assert decide(state, 101.2) == held_back
-    state, _ = offer(state, command(13, 101.3))
-    assert decide(state, 101.3) == Setpoint(soft=True)
-    state, _ = offer(state, command(14, 101.4, linear=1.0))
-    assert decide(state, 101.4).twist == Twist(0.8, 0.0)
-
-
-def test_neutral_sent_before_the_stop_does_not_count() -> None:
-    """A command in flight when the operator pressed Stop neither counts as neutral nor moves."""
-    state = gate.require_neutral(driving(), 101.15, Hold.STOPPED)
-    state, refusal = offer(state, command(12, 101.14), now_s=101.2)
-    assert refusal is None
-    state, _ = offer(state, command(13, 101.149, linear=1.0), now_s=101.2)
-    assert decide(state, 101.2) == Setpoint(reason=Hold.STOPPED.value)
+    trace(
+        gate.require_neutral(driving(), 101.15, why),
+        (101.15, None, held_back(why)),
+        (101.2, command(12, 101.14), held_back(why)),  # sent before it
+        (101.2, command(13, 101.149, linear=1.0), held_back(why)),
+        (101.2, command(14, 101.2, linear=1.0), held_back(why)),
+        (101.3, command(15, 101.3), STANDING),
+        (101.4, command(16, 101.4, linear=1.0), AHEAD),
+    )
 
 
 def test_drive_sent_before_the_stop_does_not_count_after_release() -> None:
     """A command from before the stop moves nothing even after the release."""
-    state = gate.require_neutral(driving(), 101.15, Hold.STOPPED)
-    state, _ = offer(state, command(12, 101.16))
-    state, refusal = offer(state, command(13, 101.14, linear=1.0), now_s=101.17)
-    assert refusal is None
-    assert decide(state, 101.17).twist == STANDSTILL
+    trace(
+        gate.require_neutral(driving(), 101.15, Hold.STOPPED),
+        (101.16, command(12, 101.16), STANDING),
+        (101.17, command(13, 101.14, linear=1.0), STANDING),
+    )
 
 
 def test_a_gate_that_no_turn_has_begun_takes_nothing() -> None:
@@ -252,12 +283,13 @@ def test_new_turn_counts_its_commands_anew() -> None:
 
 def test_reason_tells_what_is_wrong_with_the_commands() -> None:
     """While commands are refused the operator is told why, until one counts."""
-    state, _ = offer(gate.begin(3, START_S), command(1, 101.0), now_s=100.5)
-    assert decide(state, 100.5).reason == Refusal.FROM_FUTURE.value
-    state, _ = offer(driving(), command(12, 103.0), now_s=101.5)
-    assert decide(state, 101.5).reason == Refusal.FROM_FUTURE.value
-    state, _ = offer(state, command(13, 101.6))
-    assert decide(state, 101.6).reason is None
+    ahead_of_time = Setpoint(reason=Refusal.FROM_FUTURE.value)
+    trace(gate.begin(3, START_S), (100.5, command(1, 101.0), ahead_of_time))
+    trace(
+        driving(),
+        (101.5, command(12, 103.0), replace(ahead_of_time, soft=True)),
+        (101.6, command(13, 101.6), STANDING),
+    )
 
 
 def test_others_do_not_change_the_operators_reason() -> None:
@@ -272,11 +304,12 @@ def test_others_do_not_change_the_operators_reason() -> None:
 
 def test_nothing_moves_that_is_not_held() -> None:
     """Without the dead-man the robot stands, whatever motion is asked for, and says why."""
-    state, refusal = offer(driving(), replace(command(12, 101.2, linear=1.0), held=False))
-    assert refusal is None
-    assert decide(state, 101.2) == Setpoint(reason=NOT_HELD, soft=True)
-    state, _ = offer(state, command(13, 101.3, linear=1.0))
-    assert decide(state, 101.3).twist == Twist(0.8, 0.0)
+    loose = replace(command(12, 101.2, linear=1.0), held=False)
+    trace(
+        driving(),
+        (101.2, loose, Setpoint(reason=NOT_HELD, soft=True)),
+        (101.3, command(13, 101.3, linear=1.0), AHEAD),
+    )
 
 
 @pytest.mark.parametrize("linear", [0.0, 1.0])
@@ -320,11 +353,14 @@ def test_nothing_moves_while_a_stop_is_latched() -> None:
 
 def test_release_alone_moves_nothing() -> None:
     """After a stop a held key moves nothing, nor what was sent while the stop lasted."""
-    state, _ = gate.decide(driving(), TURN, LatchedStop(1, says("Bob")), 101.2, RULES)
-    state, _ = offer(state, command(12, 101.19), now_s=101.21)
-    assert decide(state, 101.21) == Setpoint(reason=Hold.STOPPED.value)
-    state, _ = offer(state, command(13, 101.22, linear=1.0))
-    assert decide(state, 101.22) == Setpoint(reason=Hold.STOPPED.value)
+    trace(
+        driving(),
+        (101.2, LatchedStop(1, says("Bob")), Setpoint(reason=stopped_by(says("Bob")))),
+        (101.21, command(12, 101.19), held_back(Hold.STOPPED)),
+        (101.22, command(13, 101.22, linear=1.0), held_back(Hold.STOPPED)),
+        (101.24, command(14, 101.24), STANDING),
+        (101.26, command(15, 101.26, linear=1.0), AHEAD),
+    )
 
 
 # --- the person aboard -------------------------------------------------------------------------
@@ -354,15 +390,15 @@ def test_the_person_aboard_comes_before_the_stop() -> None:
 
 def test_neutral_comes_first_after_the_person_aboard() -> None:
     """After the person lets go, neither a held key nor an earlier command moves the robot."""
-    state, _ = gate.decide(driving(), aboard("hand"), None, 101.2, RULES)
-    free = aboard("free")
-    state, _ = offer(state, command(12, 101.19), turn=free, now_s=101.21)
-    assert decide(state, 101.21, free) == Setpoint(reason=Hold.ABOARD.value)
-    state, _ = offer(state, command(13, 101.22, linear=1.0), turn=free)
-    assert decide(state, 101.22, free) == Setpoint(reason=Hold.ABOARD.value)
-    state, _ = offer(state, command(14, 101.24), turn=free)
-    state, _ = offer(state, command(15, 101.26, linear=1.0), turn=free)
-    assert not decide(state, 101.26, free).twist.is_zero
+    taken = (101.2, None, Setpoint(reason=ABOARD["hand"]))
+    trace(
+        trace(driving(), taken, turn=aboard("hand")),
+        (101.21, command(12, 101.19), held_back(Hold.ABOARD)),
+        (101.22, command(13, 101.22, linear=1.0), held_back(Hold.ABOARD)),
+        (101.24, command(14, 101.24), STANDING),
+        (101.26, command(15, 101.26, linear=1.0), AHEAD),
+        turn=aboard("free"),
+    )
 
 
 def test_a_person_who_shares_slows_and_stands_without_neutral() -> None:
@@ -425,28 +461,21 @@ def test_limit_stands_beside_the_motion() -> None:
 
 def test_who_sees_nothing_has_not_let_go() -> None:
     """A neutral command sent without a picture does not count, and its sender is told why."""
-    state, refusal = offer(gate.begin(3, START_S), replace(command(1, 100.1), seen_s=None))
-    assert refusal is Refusal.BLIND
-    assert decide(state, 100.1) == Setpoint(reason=Refusal.BLIND.value)
-    state, _ = offer(state, command(2, 100.2, linear=1.0))
-    assert decide(state, 100.2) == Setpoint(reason=Hold.TURN_STARTED.value)
+    trace(
+        gate.begin(3, START_S),
+        (100.1, replace(command(1, 100.1), seen_s=None), Setpoint(reason=Refusal.BLIND.value)),
+        (100.2, command(2, 100.2, linear=1.0), held_back(Hold.TURN_STARTED)),
+    )
 
 
 # --- lapses -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("back_s", "goes_on"), [(102.3, True), (102.4, False)])
-def test_after_a_silence(back_s: float, goes_on: bool) -> None:
+@pytest.mark.parametrize(("back_s", "gets"), [(102.3, AHEAD), (102.4, held_back(Hold.LAPSED))])
+def test_after_a_silence(back_s: float, gets: Setpoint | Twist) -> None:
     """After up to a second of silence driving resumes; after longer neutral comes first."""
     state = beats(driving(), 101.1, back_s)  # fresh until 101.35
-    state, refusal = offer(state, command(12, back_s, linear=1.0))
-    assert refusal is None
-    assert decide(state, back_s).twist.is_zero is not goes_on
-    if not goes_on:
-        assert decide(state, back_s) == Setpoint(reason=Hold.LAPSED.value, soft=True)
-        state, _ = offer(state, command(13, back_s + 0.1))
-        state, _ = offer(state, command(14, back_s + 0.2, linear=1.0))
-        assert decide(state, back_s + 0.2).twist == Twist(0.8, 0.0)
+    trace(state, (back_s, command(12, back_s, linear=1.0), gets))
 
 
 @pytest.mark.parametrize(("blind_s", "goes_on"), [(0.95, True), (1.1, False)])
