@@ -15,6 +15,7 @@ _BLOCK: Final = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
 _CODE: Final = re.compile(r"`[^`\n]*`")
 _FILE: Final = re.compile(r"`([\w./-]+\.(?:py|tsx?|cpp|json))`")
 _CONSTANT: Final = re.compile(r"`(_?[A-Z]+(?:_[A-Z]+)*)`")
+_EXCERPT: Final = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 _MOST_LINES: Final = 250
 _MOST_BYTES: Final = 16_000
 FILES: Final = sorted(
@@ -29,6 +30,10 @@ FILES: Final = sorted(
     .split("\0")
 )
 TEXTS: Final = [name for name in FILES if name.endswith(".md")]
+CONCEPTS: Final = [
+    f"server/wax/{name}"
+    for name in ("control/README.md", "control/TURNS.md", "sync/README.md", "congestion/README.md")
+]
 
 
 def _anchors(text: str) -> set[str]:
@@ -57,7 +62,7 @@ def _found(name: str) -> list[str]:
     return [one for one in FILES if f"/{one}".endswith(f"/{name}")]
 
 
-@pytest.mark.parametrize("name", ["server/README.md", ".github/CONTRIBUTING.md"])
+@pytest.mark.parametrize("name", ["server/README.md", ".github/CONTRIBUTING.md", *CONCEPTS])
 def test_the_guides_name_files_and_constants_that_exist(name: str) -> None:
     """Files that are named without a link can be found, and constants in those files."""
     for part in re.split(r"\n\n|\n(?=\|)", (ROOT / name).read_text(encoding="utf-8")):
@@ -65,6 +70,25 @@ def test_the_guides_name_files_and_constants_that_exist(name: str) -> None:
         assert [named for named, found in files.items() if not found] == []
         text = "".join((ROOT / one).read_text("utf-8") for found in files.values() for one in found)
         assert [one for one in _CONSTANT.findall(part) if one not in text] == []
+
+
+@pytest.mark.parametrize("name", CONCEPTS)
+def test_a_concept_is_a_short_page_that_draws_and_quotes(name: str) -> None:
+    """A page of a concept has 120 lines at most, a drawing, and lines that a file it links has."""
+    path = ROOT / name
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 120
+    assert "```mermaid\n" in text
+    linked = [path.parent / found[1] for found in _LINK.finditer(text) if found[1].endswith(".py")]
+    sources = [_undented(one.read_text(encoding="utf-8")) for one in linked]
+    excerpts = _EXCERPT.findall(text)
+    assert excerpts
+    for excerpt in excerpts:
+        assert any(_undented(excerpt) in source for source in sources), excerpt
+
+
+def _undented(text: str) -> str:
+    return "\n".join(line.strip() for line in text.strip().splitlines())
 
 
 def test_the_readme_is_read_in_five_minutes() -> None:

@@ -5,14 +5,9 @@ number, holds only numbers in range, has a higher sequence number than every ear
 fresh. Otherwise the robot stands still and a sentence says why.
 
 At the start of a turn, after a stop and after a fault, nothing moves until a *neutral* command
-(everything released) arrives that was sent after that moment by an operator with a fresh picture:
-a key held down throughout must be released and pressed again. A command sent before that moment
-never moves the robot. If commands or picture are interrupted for less than `LAPSE_S`, driving
-resumes when they are back; after a longer interruption, or on another network (`session/room.py`),
-neutral must come first, as after a fault.
-
-The person aboard outranks the operator: while their hand control does not leave the robot to the
-operator, no command of the operator's counts, and neutral must come first afterwards.
+(everything released) arrives that was sent after that moment by an operator with a fresh picture.
+README.md draws these states. On another network (`session/room.py`), and while the person aboard
+does not leave the robot to the operator, neutral must come first as well.
 """
 
 from __future__ import annotations

@@ -1,34 +1,8 @@
 """The queue and the turns: who drives, until when, and who is next (thesis 3.2 and 4.3).
 
-* A turn lasts `turn_s`. Then the next in the queue drives and the operator goes to its end.
-* While nobody connected is waiting, the turn renews: same number, its end one `turn_s` later.
-  A viewer who joins meanwhile waits for the rest of the current turn, never for another renewal.
-* An operator who leaves hands over at once.
-* A viewer whose connection is lost keeps turn or place for `grace_s`; the turn's clock runs on.
-  After that they lose it, and coming back is like connecting for the first time.
-* A lost viewer never gets a turn: they are passed over, and keep their place in front until the
-  grace time is over. An operator who is lost when the turn ends goes to the end of the queue. If
-  everybody waiting is lost, nobody drives.
-* With ``join = "auto"`` everybody queues on connecting; those who leave observe until they join.
-
-Only this module decides who may have a place: `refusal` is checked for everybody who connects,
-joins, comes back or has just driven. It is checked again when a person's data change, so that an
-invitation that ends takes the place or the turn with it.
-
-A viewer may wait elsewhere, without a connection. No turn begins for them: the first connected
-viewer behind them drives instead, and they keep their place in front. If they have not connected
-`COMES_S` after a turn could have been theirs, they lose the place as soon as nobody drives or the
-next turn begins.
-
-What a host may add:
-
-* `wax.control.fairness` decides who goes first; among equals it is first come, first served, and
-  whoever has just driven is always last. One person has one place, however many tabs they open.
-* The next in the queue must confirm that they are there (`wax.control.ready_check`).
-* An operator who commands nothing for `idle_s` while somebody waits loses the turn.
-* The turn's clock pauses while something keeps the operator from driving
-  (`wax.control.turn_time`).
-* The host ends a turn, or holds (pauses) the queue: then no turn begins or renews.
+TURNS.md says what the rules are and draws them. Only this module decides who may have a place:
+`refusal` is checked for everybody who connects, joins, comes back or has just driven, and again
+when a person's data change, so that an invitation that ends takes place or turn with it.
 
 Viewers are numbers that are never reused. ``now_s`` never falls from call to call. Every call
 first does what is due, in the order in which it fell due, so a late `tick` has one effect only: a
