@@ -94,13 +94,14 @@ def test_wrong_use_is_a_sentence(
     assert "Traceback" not in shown.err
 
 
+@pytest.mark.parametrize("command", [(), ("run",)])
 def test_all_problems_of_a_file_are_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    command: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A configuration with two mistakes is refused with both of them."""
+    """A configuration with two mistakes is refused with both, named before `run` or after it."""
     path = tmp_path / "robot.toml"
     path.write_text("[turns]\nturn_s = -1\n[drive]\nwheels = 4\n")
-    assert main(["--config", str(path)]) == 2
+    assert main([*command, "--config", str(path)]) == 2
     shown = capsys.readouterr().err
     assert "turns.turn_s" in shown
     assert "drive.wheels" in shown

@@ -39,6 +39,8 @@ _INTERRUPTED: Final = 130
 _UNREAD: Final = 141
 """The exit status that shells use for SIGPIPE."""
 
+_CONFIG: Final = "the configuration, in TOML; `wax init` writes one"
+
 
 def command() -> NoReturn:
     """Run the command and end the process, even if a thread hangs in its device.
@@ -113,27 +115,18 @@ def _open_streams() -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    defaults = config.Settings()
     parser = argparse.ArgumentParser(
         prog="wax", description="Serve a robot to browsers: picture, sound, and turns to drive."
     )
     parser.add_argument("--version", action="version", version=f"wax {__version__}")
-    parser.add_argument("--config", type=Path, metavar="FILE", help="a TOML file; see wax.toml")
-    parser.add_argument("--host", help="where to listen; 0.0.0.0 lets other devices in")
-    parser.add_argument("--port", type=int, help=f"the port of the page ({defaults.server.port})")
-    parser.add_argument(
-        "--https",
-        action="store_true",
-        default=None,
-        help="serve HTTPS, with a certificate made here",
-    )
-    parser.add_argument(
-        "--udp-port",
-        type=int,
-        help=f"the port of picture, sound and commands ({defaults.network.udp_port})",
-    )
+    _add_serving(parser, default=None)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
-    commands.add_parser("run", help="serve (also without a command)")
+    run = commands.add_parser(
+        "run",
+        help="serve (also without a command)",
+        description="Serve until Ctrl-C. Without a configuration the robot is simulated.",
+    )
+    _add_serving(run, default=argparse.SUPPRESS)
     commands.add_parser(
         "devices", help="list cameras, microphones, serial ports, drivers and encoders"
     )
@@ -149,6 +142,30 @@ def _parser() -> argparse.ArgumentParser:
     _add_replay(commands)
     _add_doctor(commands)
     return parser
+
+
+def _add_serving(parser: argparse.ArgumentParser, *, default: str | None) -> None:
+    """Accept these before and after `run`, where they override those before it."""
+    defaults = config.Settings()
+    parser.add_argument("--config", type=Path, metavar="FILE", default=default, help=_CONFIG)
+    parser.add_argument(
+        "--host", default=default, help="where to listen; 0.0.0.0 lets other devices in"
+    )
+    parser.add_argument(
+        "--port", type=int, default=default, help=f"the port of the page ({defaults.server.port})"
+    )
+    parser.add_argument(
+        "--https",
+        action="store_true",
+        default=default,
+        help="serve HTTPS, with a certificate made here",
+    )
+    parser.add_argument(
+        "--udp-port",
+        type=int,
+        default=default,
+        help=f"the port of picture, sound and commands ({defaults.network.udp_port})",
+    )
 
 
 def _add_config(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -173,7 +190,12 @@ def _add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         " questions, and write a commented configuration. Nothing is overwritten; nothing moves.",
     )
     init.add_argument(
-        "path", nargs="?", type=Path, default=Path("robot.toml"), metavar="FILE", help="robot.toml"
+        "path",
+        nargs="?",
+        type=Path,
+        default=Path("robot.toml"),
+        metavar="FILE",
+        help="the file to write (robot.toml)",
     )
     init.add_argument("--yes", action="store_true", help="ask nothing, take the defaults")
     init.add_argument(
@@ -182,7 +204,7 @@ def _add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     init.add_argument(
         "--door",
         metavar="LINE",
-        help="what config/deploy/door.sh printed, for a FILE that is there, too",
+        help="the line that config/deploy/door.sh printed; a FILE that is there gets it, too",
     )
 
 
@@ -214,7 +236,7 @@ def _takes_config(*commands: argparse.ArgumentParser) -> None:
     """Accept `--config` after the command, too, where it overrides one before it."""
     for command in commands:
         command.add_argument(
-            "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+            "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help=_CONFIG
         )
 
 
@@ -289,14 +311,18 @@ def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser
     )
     # Also allowed after the command; a default here would override the value given before it.
     _takes_config(proof)
-    proof.add_argument("--record", type=Path, metavar="FILE", help="prove-stop-DATE-TIME.html")
-    proof.add_argument("--lifted", action="store_true", help="the wheels are off the floor")
+    proof.add_argument(
+        "--record", type=Path, metavar="FILE", help="where to write it (prove-stop-DATE-TIME.html)"
+    )
+    proof.add_argument(
+        "--lifted", action="store_true", help="do not ask: the wheels are off the floor"
+    )
     proof.add_argument(
         "--repeats",
         type=int,
         default=5,
         metavar="N",
-        help="cuts of each link (5); as many sideways",
+        help="how often each link is cut (5); as often sideways",
     )
     proof.add_argument("--json", action="store_true", help="report progress as lines of JSON")
 
@@ -310,11 +336,9 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     records.add_argument("table", nargs="?", choices=EXPORTED, help="all of them by default")
     records.add_argument("--since", metavar="DATE", help="such as 2026-11-01, or 2026-11-01T18:30")
     format_ = records.add_mutually_exclusive_group()
+    format_.add_argument("--csv", action="store_const", const="csv", dest="format", help="as CSV")
     format_.add_argument(
-        "--csv", action="store_const", const="csv", dest="format", help="for programs"
-    )
-    format_.add_argument(
-        "--json", action="store_const", const="json", dest="format", help="the same"
+        "--json", action="store_const", const="json", dest="format", help="as JSON"
     )
     records.add_argument("--file", type=Path, metavar="FILE", help="the file, if not as configured")
     _takes_config(records)
@@ -349,7 +373,9 @@ def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) 
         " interrupted goes on when the same command is given again.",
     )
     exported.add_argument("--from", dest="begin", metavar="DATE", help="such as 2026-11-01T18:30")
-    exported.add_argument("--to", dest="end", metavar="DATE", help="the same; up to then")
+    exported.add_argument(
+        "--to", dest="end", metavar="DATE", help="up to then, written in the same way"
+    )
     exported.add_argument("--kept", action="store_true", help="only parts that are kept")
     exported.add_argument("--sound", action="store_true", help="the sound too, with any voices")
     forms = exported.add_mutually_exclusive_group(required=True)
@@ -363,16 +389,23 @@ def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) 
     mcap.add_argument("--jpeg", action="store_true", help="pictures as JPEG, even those in H.264")
     lerobot = exported.add_argument_group("for --lerobot")
     lerobot.add_argument("--camera", metavar="NAME", help="another than the driving view")
-    lerobot.add_argument("--fps", type=int, metavar="N", help="frames a second; as on the tape")
+    lerobot.add_argument("--fps", type=int, metavar="N", help="frames a second (as on the tape)")
     lerobot.add_argument(
-        "--action", choices=("now", "next"), default="now", help="of the same frame, or the next"
+        "--action",
+        choices=("now", "next"),
+        default="now",
+        help="a frame's action is what was sent at it (now), or at the next one",
     )
     lerobot.add_argument(
         "--copy", action="store_true", help="copy H.264; each episode begins with a keyframe"
     )
     lerobot.add_argument("--join", action="store_true", help="go on through a Stop or a fault")
     lerobot.add_argument(
-        "--drop-under", type=float, default=1.0, metavar="S", help="shorter episodes (1 s)"
+        "--drop-under",
+        type=float,
+        default=1.0,
+        metavar="S",
+        help="leave out episodes that are shorter (1 s)",
     )
 
 
