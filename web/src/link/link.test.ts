@@ -91,6 +91,11 @@ function peer() {
 function open(): void {
   peer().events.reached();
   peer().events.answered();
+  greet();
+}
+
+/** Both channels open, and the server's hello arrives. */
+function greet(): void {
   peer().events.opened();
   peer().events.received("state", JSON.stringify(hello()));
 }
@@ -110,6 +115,48 @@ function answerFor(seconds: number): void {
     pong();
   }
 }
+
+/** Nothing arrives until then. */
+function silence(untilMs: number): void {
+  vi.advanceTimersByTime(Math.max(untilMs - performance.now(), 0));
+}
+
+/** Pictures and answers arrive until then. */
+function plays(untilMs: number): void {
+  playFor((untilMs - performance.now()) / 1000);
+}
+
+/** When, what happens until or at that time, what the page is told meanwhile, and all peers. */
+type Row = [atMs: number, happens: (untilMs: number) => void, told: string, peers: string];
+
+/** Plays rows from now on; of the peers, "o" is one that is open, "-" one that is closed. */
+function trace(...rows: Row[]): void {
+  const fromMs = performance.now();
+  let seen = states.length;
+  for (const [atMs, happens, told, all] of rows) {
+    if (happens !== silence && happens !== plays) silence(fromMs + atMs);
+    happens(fromMs + atMs);
+    const now = states.slice(seen).map(({ is }) => is);
+    const open = peers.map(({ isClosed }) => (isClosed ? "-" : "o"));
+    expect([atMs, now.join(" "), open.join("")]).toEqual([atMs, told, all]);
+    seen = states.length;
+  }
+}
+
+it("replaces a peer that has fallen silent by another", () => {
+  trace(
+    // ms, what happens, what the page is told, and the peers
+    [100, open, "connected", "o"],
+    [6100, plays, "", "o"],
+    [6700, silence, "", "o"],
+    [7000, silence, "silent", "o"],
+    [9300, silence, "", "o"],
+    [9400, silence, "connecting", "oo"], // the old one may recover
+    [9500, () => peer().events.reached(), "", "oo"],
+    [9600, () => peer().events.answered(), "", "-o"], // the server has dropped it, too
+    [9700, greet, "connected", "-o"],
+  );
+});
 
 it("passes on what the server answers about the robot's controls", () => {
   open();
@@ -201,15 +248,13 @@ describe("after the loss of a connection", () => {
   });
 
   it("an answered attempt may take four seconds to open", () => {
-    peer().events.lost(says("The connection was lost."), null);
-    vi.advanceTimersByTime(0);
-    const count = peers.length;
-    peer().events.reached();
-    peer().events.answered();
-    vi.advanceTimersByTime(3900);
-    expect(peers).toHaveLength(count);
-    vi.advanceTimersByTime(500);
-    expect(peers).toHaveLength(count + 1);
+    trace(
+      [0, () => peer().events.lost(says("The connection was lost."), null), "connecting", "-o"],
+      [0, () => peer().events.reached(), "", "-o"],
+      [0, () => peer().events.answered(), "", "-o"],
+      [3900, silence, "", "-o"],
+      [4400, silence, "connecting", "-oo"],
+    );
   });
 
   it("says why it retries, and when, after a longer pause", () => {
@@ -221,16 +266,13 @@ describe("after the loss of a connection", () => {
   });
 
   it("waits as long as the server asks, whatever else happens", () => {
-    peer().events.lost(says(""), null);
-    vi.advanceTimersByTime(0);
-    const count = peers.length;
-    peer().events.lost(says("Too many people."), 5000);
-    vi.advanceTimersByTime(4900);
-    link.hurry();
-    link.networkChanged();
-    expect(peers).toHaveLength(count);
-    vi.advanceTimersByTime(700);
-    expect(peers).toHaveLength(count + 1);
+    trace(
+      [0, () => peer().events.lost(says(""), null), "connecting", "-o"],
+      [0, () => peer().events.lost(says("Too many people."), 5000), "waiting", "-o"],
+      [4900, () => link.hurry(), "", "-o"],
+      [4900, () => link.networkChanged(), "", "-o"],
+      [5600, silence, "connecting", "-oo"],
+    );
   });
 
   it("a slow link that answers after all continues, without a new attempt", () => {
@@ -512,10 +554,7 @@ it("gives an unmovable peer the time that its answers take", () => {
 });
 
 it("gives up a first attempt without success after ten seconds", () => {
-  vi.advanceTimersByTime(9999);
-  expect(peers).toHaveLength(1);
-  vi.advanceTimersByTime(2);
-  expect(peers).toHaveLength(2);
+  trace([9999, silence, "", "o"], [10_001, silence, "connecting", "-o"]);
 });
 
 it("hurries only while it waits", () => {
@@ -536,10 +575,11 @@ describe("a page that may not stay", () => {
     peer().events.received("state", JSON.stringify(ended));
     expect(heard.at(-1)).toEqual(ended);
     expect(peer().isClosed).toBe(true);
-    vi.advanceTimersByTime(60_000);
-    link.networkChanged();
-    link.hurry();
-    expect(peers).toHaveLength(1);
+    trace(
+      [60_000, silence, "", "-"],
+      [60_000, () => link.networkChanged(), "", "-"],
+      [60_000, () => link.hurry(), "", "-"],
+    );
     expect(states.at(-1)).toEqual({ is: "closed" });
   });
 
@@ -552,13 +592,12 @@ describe("a page that may not stay", () => {
 });
 
 it("stays closed until it is told to connect", () => {
-  open();
-  link.close();
-  vi.advanceTimersByTime(60_000);
-  expect(peers).toHaveLength(1);
-  expect(peer().isClosed).toBe(true);
-  link.connect();
-  expect(peers).toHaveLength(2);
+  trace(
+    [0, open, "connected", "o"],
+    [0, () => link.close(), "closed", "-"],
+    [60_000, silence, "", "-"],
+    [60_000, () => link.connect(), "connecting", "-o"],
+  );
 });
 
 /** Nothing arrives for this long. */
@@ -588,14 +627,6 @@ it.each([true, false])("reports within a second that no answer comes, driving: %
     link.heard();
     expect(states.at(-1)).toEqual({ is: "connected" });
   }
-});
-
-it("reports a silence once, then that the connection is lost", () => {
-  open();
-  answerFor(2);
-  const before = states.length;
-  fallSilentFor(3.6);
-  expect(states.slice(before).map((state) => state.is)).toEqual(["silent", "connecting"]);
 });
 
 it("counts a picture, or a message of any kind, as an answer", () => {
@@ -672,10 +703,7 @@ it("closes and stops retrying if the server is full but names LiveKit rooms", ()
   peer().events.sent(sentToRoom());
   expect(sentTo).toEqual([sentToRoom()]);
   expect(states.at(-1)).toEqual({ is: "closed" });
-  vi.advanceTimersByTime(60_000);
-  expect(peers).toHaveLength(1);
-  link.connect();
-  expect(peers).toHaveLength(2);
+  trace([60_000, silence, "", "-"], [60_000, () => link.connect(), "connecting", "-o"]);
 });
 
 it("says how far a given-up attempt came", () => {
