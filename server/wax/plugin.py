@@ -29,6 +29,8 @@ _KEYS: Final = {
     CAMERAS: "[video] source",
     MICROPHONES: "[audio] source",
 }
+_MOVED: Final = {"wax.robot.driver": "wax.driver.interface", "wax.media": "wax.capture.source"}
+"""What plug-ins for 0.1.0 import, each with the module that has its names now."""
 _OF_EXTRA: Final = re.compile(r"""([\w.-]+)[^;]*;\s*extra\s*==\s*["']([\w.-]+)["']\s*""")
 """A requirement of an extra that applies on every system."""
 
@@ -196,6 +198,8 @@ def _is_installed(package: str) -> bool:
 
 
 def _missing(what: str, module: str, offer: PluginOffer | None, error: ImportError) -> str:
+    if moved := _MOVED.get(error.name or ""):
+        return f"{what} imports {error.name}, which is gone: its names are in {moved} now"
     if offer is not None and offer.extra and isinstance(error, ModuleNotFoundError):
         return f"{what} needs {error.name or 'more'}, which is not installed: {offer.install}"
     return f"{what}: cannot import {module}: {error}"

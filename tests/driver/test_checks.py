@@ -112,3 +112,10 @@ def test_a_gauge_that_is_no_number_is_left_out(wrong: Any) -> None:
     """A sensor that a driver cannot read costs only its own gauge, which is then left out."""
     state = RobotState(connected=True, gauges={"motor_c": 40.5, "arm_c": wrong, "turns": 7})
     assert checked(state) == replace(state, gauges={"motor_c": 40.5, "turns": 7})
+
+
+def test_what_a_robot_tells_is_given_by_keyword() -> None:
+    """A fourth value, which was `moving` in 0.9.0, is not taken for a person aboard."""
+    values: list[Any] = [True, None, 1, False]
+    with pytest.raises(TypeError, match="positional"):
+        RobotState(*values)

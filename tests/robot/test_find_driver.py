@@ -124,6 +124,10 @@ def test_a_driver_that_knows_of_forward_and_turn_runs_unchanged(
     ("text", "sentence"),
     [
         ("import no_such_module", "cannot import wooden_robot: No module named 'no_such_module'"),
+        (
+            "from wax.robot.driver import Twist",
+            " imports wax.robot.driver, which is gone: its names are in wax.driver.interface now",
+        ),
         ("class Robot", "importing wooden_robot failed: SyntaxError("),
         ("raise OSError('no bus')", "importing wooden_robot failed: OSError('no bus')"),
         ("Robot = 5", "wooden_robot has no class Robot"),

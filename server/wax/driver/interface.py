@@ -154,7 +154,7 @@ class RobotState(Reading):
     own, is shown in the language of each page."""
     epoch: int = 0
     """Rises with every (re)connection: a set-point is never applied in a later epoch."""
-    aboard: Aboard | None = None
+    aboard: Aboard | None = field(default=None, kw_only=True)
     """None for a robot without a hand control aboard."""
 
     @property
