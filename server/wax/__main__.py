@@ -394,7 +394,7 @@ def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--action",
         choices=("now", "next"),
         default="now",
-        help="a frame's action is what was sent at it (now), or at the next one",
+        help="whether a frame's action is the set-point in force at it, or at the next frame",
     )
     lerobot.add_argument(
         "--copy", action="store_true", help="copy H.264; each episode begins with a keyframe"
