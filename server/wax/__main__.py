@@ -172,7 +172,8 @@ def _add_config(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     shown = commands.add_parser(
         "config",
         help="show the keys that drivers bring, with their reasons and ranges",
-        description="Show the tables [robot.NAME] of drivers, as config/wax.toml has the others.",
+        description="Show the tables [robot.NAME] of drivers. All other keys are in"
+        " config/wax.toml, which `python -m wax.config` prints.",
     )
     shown.add_argument(
         "drivers",
