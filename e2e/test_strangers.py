@@ -25,7 +25,7 @@ from wax.errors import SignallingError
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
 
     Come = Callable[..., Awaitable[Operator]]
@@ -51,6 +51,44 @@ async def come(server: Server) -> AsyncIterator[Come]:
             return await leaving.enter_async_context(client)
 
         yield one
+
+
+@pytest.mark.full
+async def test_blanked_there_is_nothing_to_see(server: Server, open_viewer: OpenViewer) -> None:
+    """While the host wants privacy the picture is black, the sound silent, and the robot stands."""
+    async with (
+        Operator(server.url, cookies=await server.host_cookies()) as host,
+        Operator(server.url, sees=True) as operator,
+    ):
+        viewer = await open_viewer(server)
+        await viewer.listen()
+        await operator.join()
+
+        async def turns() -> bool:
+            operator.let_go()
+            await asyncio.sleep(0.1)
+            operator.steer(0.0, 1.0)
+            return await moves(server, within_s=0.5)
+
+        async def sounds() -> bool:
+            viewer.forget()
+            await asyncio.sleep(0.4)
+            return any(one.rms > SILENT for one in viewer.heard())
+
+        async def is_silent() -> bool:
+            return not await sounds()
+
+        await eventually(turns, "the robot turns")
+        await eventually(sounds, "the robot is heard")
+        assert not await viewer.is_dark()
+        host.send(type="blank", blanked=True)
+        assert await stands_still(server)
+        await eventually(viewer.is_dark, "the picture is black")
+        await eventually(is_silent, "the sound is silent")
+        assert not await turns()
+        host.send(type="blank", blanked=False)
+        await eventually(turns, "the robot turns again")
+        await eventually(sounds, "the sound is back")
 
 
 async def test_a_host_blanks_the_picture_bans_a_troll_and_closes(
@@ -92,47 +130,6 @@ async def test_a_host_blanks_the_picture_bans_a_troll_and_closes(
     await closed.wait_for()
     await last.button("Try again").click()
     await closed.wait_for()
-
-
-@pytest.mark.full
-async def test_blanked_there_is_nothing_to_see(
-    serve: Serve, tmp_path_factory: pytest.TempPathFactory, open_viewer: OpenViewer
-) -> None:
-    """While the host wants privacy the picture is black, the sound silent, and the robot stands."""
-    async with (
-        serve(tmp_path_factory.mktemp("blanked"), toml.CARD) as server,
-        Operator(server.url, cookies=await server.host_cookies()) as host,
-        Operator(server.url, sees=True) as operator,
-    ):
-        viewer = await open_viewer(server)
-        await viewer.listen()
-        await operator.join()
-
-        async def turns() -> bool:
-            operator.let_go()
-            await asyncio.sleep(0.1)
-            operator.steer(0.0, 1.0)
-            return await moves(server, within_s=0.5)
-
-        async def sounds() -> bool:
-            viewer.forget()
-            await asyncio.sleep(0.4)
-            return any(one.rms > SILENT for one in viewer.heard())
-
-        async def is_silent() -> bool:
-            return not await sounds()
-
-        await eventually(turns, "the robot turns")
-        await eventually(sounds, "the robot is heard")
-        assert not await viewer.is_dark()
-        host.send(type="blank", blanked=True)
-        assert await stands_still(server)
-        await eventually(viewer.is_dark, "the picture is black")
-        await eventually(is_silent, "the sound is silent")
-        assert not await turns()
-        host.send(type="blank", blanked=False)
-        await eventually(turns, "the robot turns again")
-        await eventually(sounds, "the sound is back")
 
 
 def _from(address: str) -> dict[str, str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomlkit
 from e2e.harness import toml
 from e2e.harness.server import Server
 from tests.capture.card_reader import read_stamp
@@ -17,6 +18,7 @@ from wax.capture.testcard import STAMP_MODULUS
 from wax.client import Follower, Operator
 
 MANUAL = Path(__file__).parents[2] / "config/README.md"
+SMALL = tomlkit.dumps(toml.merged(toml.MEDIA, {"video": {"width": 160, "height": 120}}))
 
 
 async def drives(operator: Operator, follower: Follower) -> None:
@@ -35,7 +37,7 @@ async def test_a_program_sees_what_somebody_drives_by(tmp_path: Path) -> None:
     """
     [code] = re.findall(r"```python\n(import asyncio\n.*?)```", MANUAL.read_text(), re.DOTALL)
     async with (
-        Server(tmp_path, toml.CARD) as server,
+        Server(tmp_path, SMALL) as server,
         Operator(server.url, sees=True) as operator,
         Follower(server.url) as follower,
     ):
