@@ -370,8 +370,8 @@ def _add_tape_export(acts: argparse._SubParsersAction[argparse.ArgumentParser]) 
     exported = acts.add_parser(
         "export",
         help="write what was recorded in another program's format",
-        description="Write what was recorded in another program's format. An export that was"
-        " interrupted goes on when the same command is given again.",
+        description="Write what was recorded in another program's format. A dataset whose"
+        " export was interrupted goes on when the same command is given again.",
     )
     exported.add_argument("--from", dest="begin", metavar="DATE", help="such as 2026-11-01T18:30")
     exported.add_argument(

@@ -20,6 +20,7 @@ WaxError
 
 from __future__ import annotations
 
+import errno
 from typing import TYPE_CHECKING, Final
 
 from wax.sentence import Sentence, says
@@ -137,6 +138,11 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     NoPlaceError: 503,
 }
 """The HTTP status of each error; any other is 500."""
+
+
+def is_disk_full(error: Exception) -> bool:
+    """Return whether an error of the system or of FFmpeg says that there is no room on a disk."""
+    return getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
 
 
 def reason_of(error: Exception) -> str:

@@ -31,7 +31,7 @@ from tests.dataset.driven_tape import (
 from tests.tape.decoded import flashes_s
 
 from wax import state_dir
-from wax.dataset import lerobot, piece_writer, survey
+from wax.dataset import lerobot, parts, piece_writer
 from wax.dataset.command import export_lerobot
 from wax.dataset.pictures import PictureFile, picture_file
 from wax.dataset.piece_writer import Options
@@ -393,7 +393,7 @@ def test_pictures_with_another_header_are_encoded(
         file = picture_file(path, origin_s)
         return None if file is None else replace(file, header=path.name.encode())
 
-    monkeypatch.setattr(survey, "picture_file", headed)
+    monkeypatch.setattr(parts, "picture_file", headed)
     exported(tape, tmp_path / "out", copies=True)
     taped = [_pictures(part.media) for part in tape.parts()]
     copied, encoded = (

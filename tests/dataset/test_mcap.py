@@ -236,9 +236,24 @@ def test_a_full_disk_leaves_nothing_half_written(
 
     write_part(tape, DRIVEN, TIMES_S)
     monkeypatch.setattr(Writer, "add_message", full)
-    with pytest.raises(StateError, match=r"(?i)cannot be written: no space left on device"):
+    with pytest.raises(StateError, match="the disk is full; free some, and give the same"):
         export_mcap(select(tape), tmp_path / "tape.mcap", tell=print)
     assert [one.name for one in tmp_path.iterdir()] == ["tape"]
+
+
+def test_a_part_that_is_half_deleted_is_told(tape: Shelf, tmp_path: Path) -> None:
+    """Without its picture the rest is exported, without its events nothing."""
+    write_part(tape, DRIVEN, TIMES_S)
+    (part,) = tape.parts()
+    assert part.media is not None
+    assert part.events is not None
+    part.media.unlink()
+    said = export_mcap(select(tape), tmp_path / "new/tape.mcap", tell=print)
+    assert f"left out: {part.name}: has no picture of driving_view" in said
+    assert "/pose" in decode(tmp_path / "new/tape.mcap")
+    part.events.rename(part.media)
+    with pytest.raises(StateError, match=r"nothing to export .*\n.*its events are missing"):
+        export_mcap(select(tape), tmp_path / "none.mcap", tell=print)
 
 
 def test_an_unreadable_part_is_told(tape: Shelf, tmp_path: Path) -> None:

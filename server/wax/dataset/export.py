@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 from dataclasses import asdict
 from datetime import UTC, datetime
 from itertools import pairwise
@@ -12,11 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 import av
 
 from wax.dataset.lerobot import ABOUT, Layout, LeRobotFolder
+from wax.dataset.parts import cannot_write
 from wax.dataset.pictures import packets
 from wax.dataset.piece_writer import PieceWriter
 from wax.dataset.survey import survey
 from wax.dataset.video_file import CODEC
-from wax.errors import StateError, reason_of
+from wax.errors import StateError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 _MEASURED_S: Final = 10.0
 """The rate of the tape is that of this much of its first episode."""
-_FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 _SAID: Final = 10
 """At most so many reasons are printed; the dataset has all."""
 
@@ -71,12 +70,7 @@ def export(
     try:
         return _export(found, layout, folder, options, tell)
     except (OSError, av.FFmpegError) as error:
-        if getattr(error, "errno", None) in _FULL:
-            raise StateError(
-                f"{folder}: the disk is full; free some, and give the same command again: it goes"
-                " on from here"
-            ) from error
-        raise StateError(f"{folder}: cannot be written: {reason_of(error)}") from error
+        raise cannot_write(folder, error) from error
 
 
 def _export(

@@ -30,8 +30,8 @@ from wax.dataset.foxglove import (
     stamp,
     values_of,
 )
-from wax.dataset.parts import cameras_of, events_of
-from wax.dataset.pictures import PictureFile, decoded, packets, picture_file
+from wax.dataset.parts import cameras_of, cannot_write, events_of, pictures_of
+from wax.dataset.pictures import PictureFile, decoded, packets
 from wax.dataset.protobuf import encode, schema_of
 from wax.errors import StateError, reason_of
 from wax.protocol.tape_events import Named, topic
@@ -76,20 +76,22 @@ def export_mcap(
     partial = path.with_name(f"{path.name}.partial")
     try:
         exported = _Export(selection, jpeg=jpeg, sound=sound)
+        partial.parent.mkdir(parents=True, exist_ok=True)
         with partial.open("wb") as file:
             writer = Writer(file, compression=CompressionType.ZSTD)
             writer.start(profile="", library=f"wax {__version__}")
             count = exported.write(writer, tell)
             writer.finish()  # type: ignore[no-untyped-call]  # the library has no annotation
+        left_out = [f"  left out: {one}" for one in exported.left_out]
         if not count:
-            raise StateError("there is nothing to export at that time")
+            raise StateError("\n".join(["there is nothing to export at that time", *left_out]))
         partial.rename(path)
     except OSError as error:
-        raise StateError(f"{path}: cannot be written: {reason_of(error)}") from error
+        raise cannot_write(path, error) from error
     finally:
         partial.unlink(missing_ok=True)
     lines = [f"{path}: {count} messages, {path.stat().st_size / 1e6:.1f} MB"]
-    return "\n".join([*lines, *(f"  left out: {one}" for one in exported.left_out)])
+    return "\n".join([*lines, *left_out])
 
 
 class _Export:
@@ -125,8 +127,10 @@ class _Export:
             self.left_out.append(f"{part.name}: {events.problem}")
         streams = [self._events(events.timed)]
         for name, (path, began_s) in cameras_of(part, events).items():
-            if path is not None and (file := self._opened(path, began_s)) is not None:
-                streams.append(self._pictures(name, file))
+            try:
+                streams.append(self._pictures(name, pictures_of(part, name, path, began_s)))
+            except StateError as error:
+                self.left_out.append(str(error))
         if self._sound and part.media is not None:
             streams.append(self._sounds(part.media, events.began_s))
         count = 0
@@ -162,13 +166,6 @@ class _Export:
                 yield _Item(at_ns, "/pose", POSE, pose)
             if self._has(at_s) and (line := self._log.line_of(event)) is not None:
                 yield _Item(at_ns, "/log", LOG, line)
-
-    def _opened(self, path: Path, origin_s: float) -> PictureFile | None:
-        try:
-            return picture_file(path, origin_s)
-        except StateError as error:
-            self.left_out.append(str(error))
-            return None
 
     def _pictures(self, name: str, file: PictureFile) -> Iterator[_Item]:
         begin_s, end_s = self._selection.begin_s, self._selection.end_s

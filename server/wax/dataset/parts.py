@@ -1,16 +1,18 @@
-"""What both exports read of a part of the tape: its events, and which files its cameras have."""
+"""What both exports share: how they read a part of the tape, and what they say of a full disk."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.errors import StateError
+from wax.dataset.pictures import picture_file
+from wax.errors import StateError, is_disk_full, reason_of
 from wax.protocol.tape_events import Filmed
 from wax.tape.reading import read_events
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from wax.dataset.pictures import PictureFile
     from wax.tape.reading import Events
     from wax.tape.shelf import Shelved
 
@@ -32,3 +34,21 @@ def cameras_of(part: Shelved, events: Events) -> dict[str, tuple[Path | None, fl
         if isinstance(event, Filmed):
             found[event.name] = part.cameras.get(event.camera), at_s
     return found
+
+
+def pictures_of(part: Shelved, camera: str, path: Path | None, origin_s: float) -> PictureFile:
+    """Return what a camera's file shows; raises `StateError` with the reason if it shows nothing.
+
+    `path` and `origin_s` are as `cameras_of` has them.
+    """
+    file = None if path is None else picture_file(path, origin_s)
+    if file is None:
+        raise StateError(f"{part.name}: has no picture of {camera}")
+    return file
+
+
+def cannot_write(path: Path, error: Exception) -> StateError:
+    """Return what to do about an error while an export was written."""
+    if is_disk_full(error):
+        return StateError(f"{path}: the disk is full; free some, and give the same command again")
+    return StateError(f"{path}: cannot be written: {reason_of(error)}")

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.dataset.episodes import QUIET_S, EpisodeFinder, LeftOut
 from wax.dataset.frames import ACTIONS, named, told
-from wax.dataset.parts import DRIVING_VIEW, cameras_of, events_of
-from wax.dataset.pictures import picture_file
+from wax.dataset.parts import DRIVING_VIEW, cameras_of, events_of, pictures_of
 from wax.errors import StateError, reason_of
 from wax.protocol.tape_events import Commanded, Reported, Steered
 from wax.tape.event_ending import ending_of
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 _KINDS: Final = (Commanded, Reported, Steered)
 _OPEN: Final = "is still being written; export it once the next part begins, or the server ends"
-_NO_PICTURE: Final = "has no picture of this camera"
 _DISOWNED: Final = "its operator does not want it to be used"
 
 
@@ -152,9 +150,6 @@ def _survey(part: Shelved, events: Events, camera: str, cameras: set[str]) -> Su
         raise StateError(f"{part.name}: {reason_of(error)}") from error
     files = cameras_of(part, events)
     cameras.update(files)
-    path, origin_s = files.get(camera, (None, events.began_s))
-    media = None if path is None else picture_file(path, origin_s)
-    if media is None:
-        raise StateError(f"{part.name}: {_NO_PICTURE}")
+    media = pictures_of(part, camera, *files.get(camera, (None, events.began_s)))
     sound = part.media if part.media is not None and facts_of(part.media).has_sound else None
     return SurveyedPart(part.events, events.began_s, events.ended_s + QUIET_S, media, sound)

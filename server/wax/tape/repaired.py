@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import av
 
 from wax import state_dir
-from wax.errors import StateError, reason_of
+from wax.errors import StateError, is_disk_full, reason_of
 from wax.tape.boxes import is_believable
 from wax.tape.shelf import unfinished_path
 
@@ -32,7 +32,6 @@ _LAST_US: Final = 200_000
 """The last packet of a finished file is at most this far from its end."""
 _MOST_TORN_BYTES: Final = 1_000_000
 """A second of 8 Mbit/s. A file whose unreadable end is longer is damaged, not cut off."""
-_FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 _UNREADABLE: Final = "Picture and sound are damaged: {why}."
 _NO_ROOM: Final = (
     "{path}: its writing was cut off, and there is no room in {folder} for a copy that can be"
@@ -83,7 +82,7 @@ def repaired(path: Path, folder: Path) -> Path:
         _finish(path, new)
         new.rename(copy)
     except (av.FFmpegError, OSError, ValueError) as error:
-        if getattr(error, "errno", None) in _FULL:
+        if is_disk_full(error):
             raise StateError(_NO_ROOM.format(path=path, folder=folder.parent)) from error
         raise StateError(f"{path}: {_UNREADABLE.format(why=reason_of(error).lower())}") from error
     return copy
@@ -110,7 +109,7 @@ def finish_media(path: Path, is_there: Callable[[], bool]) -> None:
         if not is_there():
             path.unlink(missing_ok=True)
     except (av.FFmpegError, OSError, ValueError) as error:
-        if getattr(error, "errno", None) in _FULL:
+        if is_disk_full(error):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
         raise StateError(f"{path}: {_UNREADABLE.format(why=reason_of(error).lower())}") from error
     finally:
