@@ -7,11 +7,11 @@ Foxglove, Lichtblick and Rerun show pictures, poses and logs of these schemas
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, partial
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Final, get_args, get_origin
 
-from wax.dataset.protobuf import Enum, Field, MessageType
+from wax.dataset.protobuf import Enum, Field, MessageType, message_type
 from wax.protocol.tape_events import (
     Faulted,
     Missed,
@@ -28,65 +28,23 @@ _Said = tuple[str, str, str]
 if TYPE_CHECKING:
     from wax.protocol.tape_events import TapeEvent
 
-_TIMESTAMP: Final = MessageType(
-    "google.protobuf", "Timestamp", (Field("seconds", 1, "int64"), Field("nanos", 2, "int32"))
-)
-_TIME: Final = Field("timestamp", 1, _TIMESTAMP)
+_TIMESTAMP: Final = message_type("google.protobuf", "Timestamp", seconds="int64", nanos="int32")
+_foxglove = partial(message_type, "foxglove")
+_timed = partial(_foxglove, timestamp=_TIMESTAMP)
 
-
-def _doubles(*names: str) -> tuple[Field, ...]:
-    return tuple(Field(name, number, "double") for number, name in enumerate(names, start=1))
-
-
-IMAGE: Final = MessageType(
-    "foxglove",
-    "CompressedImage",
-    (
-        _TIME,
-        Field("data", 2, "bytes"),
-        Field("format", 3, "string"),
-        Field("frame_id", 4, "string"),
-    ),
+IMAGE: Final = _timed("CompressedImage", data="bytes", format="string", frame_id="string")
+VIDEO: Final = _timed("CompressedVideo", frame_id="string", data="bytes", format="string")
+AUDIO: Final = _timed(
+    "RawAudio", data="bytes", format="string", sample_rate="fixed32", number_of_channels="fixed32"
 )
-VIDEO: Final = MessageType(
-    "foxglove",
-    "CompressedVideo",
-    (
-        _TIME,
-        Field("frame_id", 2, "string"),
-        Field("data", 3, "bytes"),
-        Field("format", 4, "string"),
-    ),
-)
-AUDIO: Final = MessageType(
-    "foxglove",
-    "RawAudio",
-    (
-        _TIME,
-        Field("data", 2, "bytes"),
-        Field("format", 3, "string"),
-        Field("sample_rate", 4, "fixed32"),
-        Field("number_of_channels", 5, "fixed32"),
-    ),
-)
-_VECTOR: Final = MessageType("foxglove", "Vector3", _doubles("x", "y", "z"))
-_QUATERNION: Final = MessageType("foxglove", "Quaternion", _doubles("x", "y", "z", "w"))
-_POSE: Final = MessageType(
-    "foxglove", "Pose", (Field("position", 1, _VECTOR), Field("orientation", 2, _QUATERNION))
-)
-POSE: Final = MessageType(
-    "foxglove", "PoseInFrame", (_TIME, Field("frame_id", 2, "string"), Field("pose", 3, _POSE))
-)
+_VECTOR: Final = _foxglove("Vector3", x="double", y="double", z="double")
+_QUATERNION: Final = _foxglove("Quaternion", x="double", y="double", z="double", w="double")
+_POSE: Final = _foxglove("Pose", position=_VECTOR, orientation=_QUATERNION)
+POSE: Final = _timed("PoseInFrame", frame_id="string", pose=_POSE)
 _LEVEL: Final = Enum("Level", ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"))
-LOG: Final = MessageType(
-    "foxglove",
-    "Log",
-    (_TIME, Field("level", 2, _LEVEL), Field("message", 3, "string"), Field("name", 4, "string")),
-)
+LOG: Final = _timed("Log", level=_LEVEL, message="string", name="string")
 
-_NUMBER: Final = MessageType(
-    "wax", "Number", (Field("name", 1, "string"), Field("value", 2, "double"))
-)
+_NUMBER: Final = message_type("wax", "Number", name="string", value="double")
 _TYPES: Final[dict[object, str | MessageType]] = {
     bool: "bool",
     int: "int64",
@@ -104,10 +62,7 @@ def stamp(at_ns: int) -> dict[str, int]:
 @cache
 def message_of(kind: type[TapeEvent]) -> MessageType:
     """Return the message of a kind of event, with its fields in their order."""
-    fields = [
-        Field(name, number, *_type(info.annotation))
-        for number, (name, info) in enumerate(kind.model_fields.items(), start=1)
-    ]
+    fields = (Field(name, *_type(info.annotation)) for name, info in kind.model_fields.items())
     return MessageType("wax", kind.__name__, tuple(fields))
 
 

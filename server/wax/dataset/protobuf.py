@@ -28,14 +28,13 @@ class Field:
     """A field; `type` is the name of a scalar type, a message or an enumeration."""
 
     name: str
-    number: int
     type: str | MessageType | Enum
     repeated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class MessageType:
-    """A type of message, by its package and name."""
+    """A type of message, by its package and name; its fields are numbered from 1."""
 
     package: str
     name: str
@@ -50,6 +49,11 @@ class MessageType:
         """The file's published name: a reader that knows it compares the two."""
         path = f"{self.package.replace('.', '/')}/{self.name}.proto"
         return path.lower() if self.package == "google.protobuf" else path
+
+
+def message_type(package: str, name: str, /, **types: str | MessageType | Enum) -> MessageType:
+    """Return a type of message without repeated fields."""
+    return MessageType(package, name, tuple(Field(*one) for one in types.items()))
 
 
 def encode(message: MessageType, values: Mapping[str, Any]) -> bytes:
@@ -99,7 +103,9 @@ def _described(message: MessageType) -> dict[str, Any]:
         "message_type": [
             {
                 "name": message.name,
-                "field": [_described_field(message, one) for one in message.fields],
+                "field": [
+                    _described_field(message, *one) for one in enumerate(message.fields, start=1)
+                ],
                 "enum_type": [
                     {
                         "name": one.name,
@@ -116,10 +122,10 @@ def _described(message: MessageType) -> dict[str, Any]:
     }
 
 
-def _described_field(message: MessageType, field: Field) -> dict[str, Any]:
+def _described_field(message: MessageType, number: int, field: Field) -> dict[str, Any]:
     described: dict[str, Any] = {
         "name": field.name,
-        "number": field.number,
+        "number": number,
         "label": "LABEL_REPEATED" if field.repeated else "LABEL_OPTIONAL",
     }
     match field.type:
