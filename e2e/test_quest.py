@@ -1,12 +1,13 @@
-"""Chromium shaped like a Quest's browser."""
+"""Chromium shaped like a Quest's browser, and with an emulated headset."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from e2e.harness.gamepad import InjectedGamepad
+from e2e.harness.headset import STOPS, EmulatedHeadset, worn
 from e2e.harness.quest import HEADSET, SHAPE, SQUEEZE, STICK_ACROSS, STICK_ALONG, TOUCH
-from e2e.harness.robot import stands_still, until_it_moves
+from e2e.harness.robot import moves, stands_still, turn_by_key, until_it_moves
 
 if TYPE_CHECKING:
     from e2e.conftest import OpenViewer
@@ -46,6 +47,44 @@ async def test_in_a_headset_one_watches_and_drives_by_its_controller(
     await viewer.sees_picture()
     await takes_the_controller(viewer)
     await viewer.button("Take axis 4 away from “Go ahead”").wait_for()
+
+
+async def test_in_a_session_one_drives_and_stops(server: Server, open_viewer: OpenViewer) -> None:
+    """Nothing moves without a squeeze; a button of either hand is Stop, a held trigger ends it."""
+    viewer = await open_viewer(server, first=worn(), drives=True)
+    headset = await EmulatedHeadset.entered(viewer)
+    await headset.push("right", across=-1)
+    assert not await moves(server, within_s=0.5)
+    await headset.squeeze()  # the stick was pushed before
+    assert not await moves(server, within_s=0.5)
+    await headset.let_go()
+    for hand, button in STOPS.items():
+        await until_it_moves(server, headset.turn_left, headset.let_go)
+        await headset.tap(hand, button)
+        assert await stands_still(server)
+        await headset.let_go()
+        await headset.hold_trigger()
+        await server.until(lambda told: told["stop"] is None, "the stop is released")
+
+
+async def test_taken_off_or_lost_it_stops_the_robot(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Put on again it needs a new squeeze; without its session the page is as before."""
+    viewer = await open_viewer(server, first=worn(), drives=True)
+    headset = await EmulatedHeadset.entered(viewer)
+    await until_it_moves(server, headset.turn_left, headset.let_go)
+    await headset.become("hidden")
+    assert await stands_still(server)
+    await headset.become("visible")
+    assert await stands_still(server)
+    await headset.let_go()
+    await until_it_moves(server, headset.turn_left, headset.let_go)
+    await headset.is_lost()
+    assert await stands_still(server)
+    await viewer.button("Headset").wait_for()
+    assert await viewer.cards(3)
+    await turn_by_key(server, viewer)
 
 
 async def takes_the_controller(viewer: Viewer) -> InjectedGamepad:

@@ -9,7 +9,12 @@ from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from playwright.async_api import async_playwright
+
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.headset import EmulatedHeadset, worn
 from e2e.harness.page_clock import page_clock
+from e2e.harness.viewer import Viewer
 from e2e.measure.errors import MeasureError
 from e2e.stop.page import Tab, chromiums
 from wax.config.settings import Settings
@@ -92,6 +97,35 @@ async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
         await held.drive()
         scene.prop, scene.press = held, held.press
         yield
+
+
+@asynccontextmanager
+async def headset(scene: Scene) -> AsyncIterator[None]:
+    """Let somebody drive who wears a headset."""
+    async with async_playwright() as playwright, await launch_chromium(playwright) as browser:
+        context = await browser.new_context()
+        await context.add_init_script(worn())
+        viewer = await Viewer.at(context, scene.stage.server.url)
+        await viewer.sees_picture()
+        await viewer.takes_the_wheel(15)
+        worn_one = await EmulatedHeadset.entered(viewer)
+
+        async def press() -> None:
+            await worn_one.let_go()
+            await worn_one.turn_left()
+
+        scene.prop, scene.press = worn_one, press
+        yield
+
+
+async def take_off(scene: Scene) -> float:
+    since_s = time.monotonic()
+    await scene.prop.become("hidden")
+    return since_s
+
+
+async def put_on(scene: Scene) -> None:
+    await scene.prop.become("visible")
 
 
 async def hide(scene: Scene) -> float:

@@ -181,6 +181,14 @@ FAULTS: Final = (
         minutes=1.3,
     ),
     Fault(
+        "headset-off",
+        "headset (emulated) taken off → zero",
+        *(by_page.take_off, by_page.put_on),
+        prop=by_page.headset,
+        n=50,
+        minutes=1.5,
+    ),
+    Fault(
         "camera-frozen",
         f"camera frozen: older than {by_page.AGE_MS:g} ms → stop frame",
         *(by_page.freeze_camera, by_page.thaw_camera),

@@ -100,12 +100,14 @@ async def test_a_newcomer_is_told_how_the_camera_sees_the_floor() -> None:
     ada = await Rig({}).enter("ada-1111")
     robot = ada.last("hello")["robot"]
     assert (robot["camera"], robot["width_m"]) == (None, None)
+    assert "camera_stereo" not in robot
     assert robot["motion"]["braking_mps2"] == 2.0
     video = {"camera_height_m": 0.3, "camera_tilt_deg": 12.5, "camera_fov_deg": 70.0}
+    video["camera_stereo"] = True
     eve = await Rig({"video": video, "robot": {"width_m": 0.25}}).enter("eve-1111")
     robot = eve.last("hello")["robot"]
     assert robot["camera"] == {"height_m": 0.3, "tilt_deg": 12.5, "fov_deg": 70.0, "axis_row": 0.5}
-    assert robot["width_m"] == 0.25
+    assert (robot["width_m"], robot["camera_stereo"]) == (0.25, True)
 
 
 async def test_a_newcomer_is_told_of_a_robot_that_moves_sideways(

@@ -238,6 +238,7 @@ async def test_every_answer_is_protected(line: Line, path: str, host: bytes | No
     assert answer.headers["Referrer-Policy"] == "no-referrer"
     assert "camera=()" in answer.headers["Permissions-Policy"]
     assert "gamepad=(self)" in answer.headers["Permissions-Policy"]
+    assert "xr-spatial-tracking=(self)" in answer.headers["Permissions-Policy"]
     assert "Strict-Transport-Security" not in answer.headers
     assert (answer.headers.get("Cache-Control") == "no-store") == path.startswith("/api/")
 

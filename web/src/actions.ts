@@ -92,8 +92,8 @@ export interface Session {
   offered: Promise<void>;
   /** When the newest picture on screen was captured, on the server's clock; null while unknown. */
   seenServerMs(): number | null;
-  /** The element of the picture that is large, null while there is none. */
-  shownPicture(): HTMLVideoElement | null;
+  /** A camera's element, null for the driving view's, by default the large one's; null for none. */
+  shownPicture(camera?: number | null): HTMLVideoElement | null;
   /** Takes a photo of it, in the largest size that the link carries. */
   forPhoto<Taken>(take: () => Promise<Taken>): Promise<Taken>;
   /** Sets the picture's element, null when it is removed. */

@@ -38,7 +38,7 @@ it("leaves what few pages need out of the first load", () => {
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
   expect(loaded).not.toContain("livekit-client");
-  for (const folder of ["rooms", "bigScreen", "embed", "glass", "replay", "path"]) {
+  for (const folder of ["rooms", "bigScreen", "embed", "glass", "replay", "path", "headset"]) {
     expect(loaded.filter((one) => one.startsWith(join(ROOT, folder)))).toEqual([]);
   }
   expect(loaded).not.toContain(join(ROOT, "view/host/HostPanel.tsx"));

@@ -657,7 +657,7 @@ export function startSession(): Session {
     history,
     offered,
     seenServerMs,
-    shownPicture: () => elements.get(state.large.peek()),
+    shownPicture: (camera = state.large.peek()) => elements.get(camera),
     forPhoto: (take) => (state.large.peek() === null ? wantedSize.forPhoto(take) : take()),
     attachPicture(element) {
       elements.attach(null, element);

@@ -267,7 +267,11 @@ class DrivingViewSettings(VideoSettings):
     camera_fov_deg: Annotated[float, Field(ge=0, le=170)] = 0.0
     """How much it sees from left to right, in degrees; 60 to 80 with most webcams. The model is a
     lens that keeps straight lines straight: with a fisheye the drawing is right near the middle
-    only."""
+    only. In a headset the picture is curved to fill just that."""
+    camera_stereo: bool = False
+    """Whether the picture is a stereo pair side by side, the left eye's on the left. A headset
+    shows each eye its own half, other screens show both; camera_fov_deg is of one half, and no
+    path is drawn."""
 
     @model_validator(mode="after")
     def _camera_is_known_or_not(self) -> Self:

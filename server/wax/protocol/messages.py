@@ -378,6 +378,8 @@ class RobotInfo(Outgoing):
     axes: list[str]
     motion: MotionInfo
     camera: CameraGeometry | None
+    camera_stereo: Annotated[bool, Field(exclude_if=not_)] = False
+    """Whether its picture is a stereo pair side by side; absent if not."""
     width_m: float | None
 
 

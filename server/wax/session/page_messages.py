@@ -255,6 +255,7 @@ class PageMessages:
                 braking_mps2=robot.braking_mps2,
             ),
             camera=self._camera_geometry(),
+            camera_stereo=self._settings.video.camera_stereo,
             width_m=robot.width_m or (None if self._own_view is None else self._own_view.width_m),
         )
 

@@ -13,7 +13,14 @@ if TYPE_CHECKING:
 
 _STYLE: Final = re.compile(r"<style>(.*?)</style>", re.DOTALL)
 
-_USED: Final = ("autoplay", "fullscreen", "gamepad", "microphone", "screen-wake-lock")
+_USED: Final = (
+    "autoplay",
+    "fullscreen",
+    "gamepad",
+    "microphone",
+    "screen-wake-lock",
+    "xr-spatial-tracking",
+)
 _UNUSED: Final = (
     "accelerometer",
     "camera",
@@ -30,7 +37,6 @@ _UNUSED: Final = (
     "publickey-credentials-get",
     "serial",
     "usb",
-    "xr-spatial-tracking",
 )
 
 _ALWAYS: Final = {

@@ -10,8 +10,8 @@ import { PadRest } from "./padRest";
 import type { Ways } from "./ways";
 
 export interface GamepadInputOptions {
-  input: InputState;
-  ways: Ways;
+  input: Pick<InputState, "isEnabled" | "release" | "deflect">;
+  ways: Pick<Ways, "press" | "release">;
   settings: () => PadSettings;
   movesSideways: () => boolean;
   /** The robot's controls that may be used now. */

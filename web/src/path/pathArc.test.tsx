@@ -153,6 +153,7 @@ describe("the camera", () => {
     ["this page has turned it", () => (state.axes.value = { pan: 0.3 })],
     ["it was turned when the turn began", () => begin({ pan: 0.3 })],
     ["nobody knows it", () => know(null)],
+    ["it is two, side by side", () => pair()],
     ["the host has drawn the curtain", () => blank()],
   ])("is none while %s", (_, change) => {
     change();
@@ -255,6 +256,11 @@ function begin(axes: Record<string, number>): void {
 function know(camera: typeof CAMERA | null): void {
   const now = state.hello.peek();
   if (now) state.hello.value = { ...now, robot: { ...now.robot, camera } };
+}
+
+function pair(): void {
+  const now = state.hello.peek();
+  if (now) state.hello.value = { ...now, robot: { ...now.robot, camera_stereo: true } };
 }
 
 function blank(): void {

@@ -8,13 +8,13 @@ const CENTRED = 0.02;
 
 /**
  * The camera of the driving view; null while the path cannot be drawn, because the camera is not
- * calibrated or is turned aside, or another picture is large.
+ * calibrated, is turned aside or shows a stereo pair, or another picture is large.
  */
 export function drivingCamera(state: State): Camera | null {
-  const camera = state.hello.value?.robot.camera ?? null;
+  const { camera = null, camera_stereo: isPair } = state.hello.value?.robot ?? {};
   const { picture, path } = state.preferences.value;
   const isShown = picture && path && !state.isBlanked.value;
-  if (!camera || !isShown || state.large.value !== null || !isCentred(state)) return null;
+  if (!camera || isPair || !isShown || state.large.value !== null || !isCentred(state)) return null;
   return {
     heightM: camera.height_m,
     tiltDeg: camera.tilt_deg,

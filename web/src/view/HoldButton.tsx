@@ -5,7 +5,7 @@ import { codeOf } from "../drive/codeOf";
 import { useKeysDown } from "./useHeld";
 
 /** Longer than an accidental press; the style sheet fills the button in this time. */
-const HOLD_MS = 800;
+export const HOLD_MS = 800;
 const HOLDING = new Set(["Enter", "NumpadEnter"]);
 
 interface Props {

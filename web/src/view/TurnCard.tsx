@@ -6,7 +6,7 @@ import { alertTab } from "../tabIcon";
 import { canNotify } from "../turnNotification";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
-import { ENDING_S, type Face, face } from "./face";
+import { ENDING_S, type Face, faceOf } from "./face";
 import { HoldButton } from "./HoldButton";
 import { robotName } from "./robotName";
 import { Switch } from "./Switch";
@@ -18,18 +18,7 @@ export function TurnCard() {
   const isConnected = state.isConnected.value;
   const isDriving = state.drivingTurn.value !== null;
   const seconds = isConnected ? state.secondsLeft.value : null;
-  const now = face({
-    link: state.link.value,
-    isConnected,
-    hello: state.hello.value,
-    room: state.room.value,
-    me: state.me.value,
-    isDriving,
-    secondsLeft: seconds,
-    mayRelease: state.mayRelease.value,
-    missedCall: state.missedCall.value,
-    isJustOver: state.isTurnJustOver.value,
-  });
+  const now = faceOf(state);
   const isUrgent = isDriving || now.tone === "stopped";
   return (
     <section class={`turn is-${now.tone}`} aria-label={t("face.turn")}>

@@ -1,12 +1,12 @@
 import { t } from "../words/words";
 import { useState } from "./context";
-import { Fullscreen } from "./Fullscreen";
+import { late } from "./late";
 import { OutputChoice } from "./OutputChoice";
-import { PictureInPicture } from "./PictureInPicture";
 import { silenceWords } from "./pageWords";
-import { Snapshot } from "./Snapshot";
 import { Timing } from "./Timing";
 import { Volume } from "./Volume";
+
+export const WatchActs = late(async () => (await import("./WatchActs")).WatchActs);
 
 /** The tools for watching and listening, for everybody. */
 export function Watching() {
@@ -17,11 +17,7 @@ export function Watching() {
       {hasSound && <Volume />}
       {hasSound && <OutputChoice />}
       <Timing />
-      <div class="watch-acts">
-        <Snapshot />
-        <PictureInPicture />
-        <Fullscreen />
-      </div>
+      <WatchActs />
     </section>
   );
 }

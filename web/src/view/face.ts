@@ -6,6 +6,7 @@
 import type { MissedCall } from "../call";
 import type { LinkState } from "../link/link";
 import type { Hello, RoomState, ViewerInfo } from "../messages";
+import type { State } from "../state";
 import { t } from "../words/words";
 import {
   joinWords,
@@ -49,6 +50,23 @@ export interface Seen {
 
 /** How long before the turn's end the card warns. */
 export const ENDING_S = 10;
+
+/** The face of this state; reads signals. */
+export function faceOf(state: State): Face {
+  const { link, isConnected, hello, room, me, drivingTurn, secondsLeft } = state;
+  return face({
+    link: link.value,
+    isConnected: isConnected.value,
+    hello: hello.value,
+    room: room.value,
+    me: me.value,
+    isDriving: drivingTurn.value !== null,
+    secondsLeft: secondsLeft.value,
+    mayRelease: state.mayRelease.value,
+    missedCall: state.missedCall.value,
+    isJustOver: state.isTurnJustOver.value,
+  });
+}
 
 export function face(seen: Seen): Face {
   if (!seen.isConnected) return unconnected(seen);

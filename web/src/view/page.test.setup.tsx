@@ -13,6 +13,7 @@ import { testSession } from "../testing/session";
 import { App } from "./App";
 import { Facts, HostPanel, RulesPanel } from "./Panels";
 import { Watching, WaysPanel } from "./Settings";
+import { WatchActs } from "./Watching";
 
 export let state: State;
 export let actions: Actions;
@@ -23,7 +24,8 @@ let levels: number[] = [];
 /** Call it once per file: it draws the page anew before each test. */
 export function drawsPage(): void {
   beforeAll(async () => {
-    for (const part of [Facts, HostPanel, RulesPanel, Watching, WaysPanel]) await part.load();
+    for (const part of [Facts, HostPanel, RulesPanel, Watching, WatchActs, WaysPanel])
+      await part.load();
   });
   beforeEach(draw);
   afterEach(undraw);

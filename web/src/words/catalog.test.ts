@@ -16,6 +16,7 @@ const SAME: Readonly<Record<string, readonly string[]>> = {
   de: [
     "figures.quantity",
     "figures.stereo",
+    "headset.enter",
     "panels.details",
     "panels.host",
     "replay.motion",

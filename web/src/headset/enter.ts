@@ -1,0 +1,232 @@
+/**
+ * The robot in a headset, by WebXR: one more view over the same input and the same picture, loaded
+ * only where there is a headset. The head does not move the robot.
+ *
+ * Chromium presents a video's frames to its callbacks while a session runs, though it calls those of
+ * the window's animation no more (WICG/video-rvfc#58, since Chromium 87). So the page still reports
+ * what was presented, and exactly these frames are drawn here.
+ */
+
+import { effect, signal } from "@preact/signals";
+import type { Session } from "../actions";
+import { GamepadInput } from "../drive/gamepad";
+import { listenLetGo } from "../drive/letGo";
+import type { PadSettings } from "../drive/padReading";
+import { watchFrames } from "../measure/picture";
+import { HOLD_MS } from "../view/HoldButton";
+import { isLive } from "../view/live";
+import { CARD, cardWords, type Grip, paint } from "./card";
+import { Controllers } from "./controllers";
+import { halfHeightDeg, meshOf } from "./mesh";
+import { Pan } from "./pan";
+import { Scene, Sheet } from "./scene";
+import { SessionWindow } from "./sessionWindow";
+
+/** The session that runs; null while there is none. */
+export const inHeadset = signal<XRSession | null>(null);
+
+/** Where eyes rest: headsets focus between 1.3 and 2 m. */
+const DISTANCE_M = 2;
+/** Of a picture whose field of view is unknown. */
+const ACROSS_DEG = 60;
+const BESIDE_DEG = 30;
+const CARD_DEG = 40;
+const GAP_DEG = 2;
+/** Lower, or farther aside, it would take more than the eyes to look there. */
+const LOWEST_DEG = 28;
+
+/** Enters; must be called in a click. Throws what the browser answers if it does not let us. */
+export async function enterHeadset(page: Session, xr: XRSystem): Promise<void> {
+  const session = await xr.requestSession("immersive-vr");
+  try {
+    await run(page, session);
+    inHeadset.value = session;
+  } catch (error) {
+    await session.end().catch(() => {});
+    throw error;
+  }
+}
+
+async function run(page: Session, session: XRSession): Promise<void> {
+  const { state } = page;
+  const gl = document.createElement("canvas").getContext("webgl", {
+    xrCompatible: true,
+    antialias: false, // the session's layer has smooth edges of its own
+  });
+  if (!gl) throw new Error("no WebGL");
+  const layer = new XRWebGLLayer(session, gl);
+  const scene = new Scene(gl);
+  await session.updateRenderState({ baseLayer: layer });
+  const space = await session.requestReferenceSpace("local");
+  const ending = new AbortController();
+  const { signal: ended } = ending;
+
+  const { seen, hold } = listen(page, session, ended);
+  const sheets = [new Sheet(gl), new Sheet(gl), new Sheet(gl)] as const;
+  const [driving, beside, card] = sheets;
+  const films = { driving: new Film(driving), beside: new Film(beside) };
+
+  const canvas = Object.assign(document.createElement("canvas"), CARD).getContext("2d");
+  let painted = "";
+  const unwatch = effect(() => {
+    const words = cardWords(state, hold.grip.value);
+    if (!canvas || JSON.stringify(words) === painted) return;
+    painted = JSON.stringify(words);
+    paint(canvas, words);
+    card.show(canvas.canvas);
+  });
+
+  let arranged = "";
+  const arrange = (aspect: number | null, asideAspect: number | null) => {
+    const { camera, camera_stereo: isPair } = state.hello.peek()?.robot ?? {};
+    const key = JSON.stringify([aspect, asideAspect, camera, isPair]);
+    if (key === arranged) return;
+    arranged = key;
+    driving.isPair = isPair === true;
+    const main = {
+      acrossDeg: camera?.fov_deg ?? ACROSS_DEG,
+      aspect: ((aspect ?? 4 / 3) * (isPair ? 1 : 2)) / 2,
+      distanceM: DISTANCE_M,
+      isCurved: camera !== undefined && camera !== null,
+    };
+    driving.shape(aspect === null ? null : meshOf(main));
+    const side = { acrossDeg: BESIDE_DEG, distanceM: DISTANCE_M, isCurved: false };
+    const yawDeg = Math.min(main.acrossDeg, 90) / 2 + GAP_DEG + BESIDE_DEG / 2;
+    beside.shape(asideAspect === null ? null : meshOf({ ...side, aspect: asideAspect, yawDeg }));
+    const words = { ...side, acrossDeg: CARD_DEG, aspect: CARD.width / CARD.height };
+    const below = Math.min(halfHeightDeg(main), LOWEST_DEG) + GAP_DEG + halfHeightDeg(words);
+    card.shape(meshOf({ ...words, pitchDeg: -below }));
+  };
+
+  let lastMs = performance.now();
+  const onFrame: XRFrameRequestCallback = (_, frame) => {
+    session.requestAnimationFrame(onFrame);
+    const nowMs = performance.now();
+    hold.frame((nowMs - lastMs) / 1000);
+    lastMs = nowMs;
+    const { preferences, large, staleCameras, cameras, isBlanked } = state;
+    const isShown = preferences.peek().picture && !isBlanked.peek();
+    const other = large.peek() ?? 0;
+    const hasOther = other < cameras.peek().length && (preferences.peek().cameras || large.peek());
+    const aspect = films.driving.follow(isShown ? page.shownPicture(null) : null);
+    const aside = films.beside.follow(isShown && hasOther ? page.shownPicture(other) : null);
+    arrange(aspect, aside);
+    driving.isLive = isLive(state);
+    beside.isLive = !staleCameras.peek().has(other);
+    const pose = frame.getViewerPose(space);
+    if (!pose) return;
+    scene.draw(layer, pose.views, sheets);
+    seen.drawn();
+  };
+  const end = () => void session.end().catch(() => {});
+  gl.canvas.addEventListener("webglcontextlost", end, { signal: ended });
+  const unended = state.ended.subscribe((why) => why && end());
+  session.addEventListener("end", () => {
+    inHeadset.value = null;
+    for (const film of Object.values(films)) film.follow(null);
+    unwatch();
+    unended();
+    ending.abort();
+  });
+  session.requestAnimationFrame(onFrame);
+}
+
+/** Listens to the controllers, and to what ends input. */
+function listen({ state, actions }: Session, session: XRSession, ended: AbortSignal) {
+  const controllers = new Controllers();
+  let chosen = state.preferences.peek().gamepad;
+  let settings: PadSettings = { ...chosen, ...HANDS };
+  const settingsNow = () => {
+    const now = state.preferences.peek().gamepad;
+    if (now !== chosen) [chosen, settings] = [now, { ...now, ...HANDS }];
+    return settings;
+  };
+  const read = () => controllers.read(session.inputSources, settingsNow());
+  let hands = read();
+  const seen = new SessionWindow(session, () => {
+    hands = read();
+    return hands.pad;
+  });
+  const grip = signal<Grip>({ isSqueezed: false, isReady: false });
+  const pan = new Pan(state, actions);
+
+  listenLetGo(seen.asWindow, { letGo: actions.letGo, lift: () => false, signal: ended });
+  // Another gamepad would move the robot without the dead-man.
+  actions.useGamepad(null);
+  actions.enlarge(null);
+  const input = new GamepadInput(seen.asWindow, {
+    input: {
+      // The dead-man: without it nothing is held, and the sticks must have rested since.
+      get isEnabled() {
+        return state.mayMove.peek() && hands.isSqueezed;
+      },
+      release: actions.release,
+      deflect: actions.deflect,
+    },
+    ways: actions,
+    operating: {
+      press: actions.holdControl,
+      release: actions.releaseControl,
+      toggle: actions.toggleControl,
+    },
+    controls: () => state.usableControls.peek(),
+    settings: settingsNow,
+    movesSideways: () => state.movesSideways.peek(),
+    // Who watches can press Stop, too.
+    isDriving: () => state.mayStop.peek(),
+    stop: actions.stop,
+    toggleSpeed: () =>
+      actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow"),
+    changed: ({ isReady }) => {
+      grip.value = { ...grip.peek(), isReady };
+    },
+    tell: () => {},
+  });
+  input.listen(ended);
+  input.use(0);
+
+  let release: ReturnType<typeof setTimeout> | undefined;
+  const isStopped = () => state.stopNumber.peek() !== null && state.mayRelease.peek();
+  session.addEventListener("selectstart", () => {
+    if (state.callSecondsLeft.peek() !== null) actions.answerCall();
+    if (isStopped()) release = setTimeout(() => isStopped() && actions.releaseStop(), HOLD_MS);
+  });
+  for (const type of ["selectend", "visibilitychange", "end"]) {
+    session.addEventListener(type, () => clearTimeout(release));
+  }
+  const frame = (seconds: number) => {
+    const { isSqueezed } = hands;
+    if (isSqueezed !== grip.peek().isSqueezed) grip.value = { ...grip.peek(), isSqueezed };
+    pan.push(grip.peek().isReady ? hands.pan : null, seconds);
+  };
+  return { seen, hold: { grip, frame } };
+}
+
+/** The left stick moves, the right one turns. */
+const HANDS = { turn: "right", planarTurn: "right", triggers: false } as const;
+
+/** Keeps on a sheet what a video element presents, frame by frame. */
+class Film {
+  #video: HTMLVideoElement | null = null;
+  #isNew = false;
+  #unwatch = () => {};
+
+  constructor(private readonly sheet: Sheet) {}
+
+  /** Returns the picture's width by its height; null while there is none. */
+  follow(video: HTMLVideoElement | null): number | null {
+    if (video !== this.#video) {
+      this.#unwatch();
+      this.#video = video;
+      this.#isNew = true;
+      const presented = () => {
+        this.#isNew = true;
+      };
+      this.#unwatch = video ? watchFrames(video, { presented }, () => undefined) : () => {};
+    }
+    if (!video || video.videoWidth === 0) return null;
+    if (this.#isNew) this.sheet.show(video);
+    this.#isNew = false;
+    return video.videoWidth / video.videoHeight;
+  }
+}

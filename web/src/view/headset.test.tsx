@@ -1,0 +1,71 @@
+// @vitest-environment dom
+import { getByRole, queryByRole } from "@testing-library/dom";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { draw, undraw } from "../testing/draw";
+import { testSession } from "../testing/session";
+import { Headset } from "./Headset";
+
+const { body } = document;
+let isThere: boolean;
+let xr: EventTarget;
+const requestSession = vi.fn<() => Promise<XRSession>>();
+
+beforeEach(() => {
+  isThere = true;
+  requestSession.mockReset().mockRejectedValue(new DOMException("no", "NotAllowedError"));
+  const isSessionSupported = async (mode: string) => isThere && mode === "immersive-vr";
+  xr = Object.assign(new EventTarget(), { isSessionSupported, requestSession });
+  Object.defineProperty(navigator, "xr", { value: xr, configurable: true });
+});
+
+afterEach(() => {
+  undraw();
+  Reflect.deleteProperty(navigator, "xr");
+});
+
+const settle = () =>
+  act(async () => {
+    await vi.dynamicImportSettled();
+    await new Promise<void>((done) => setTimeout(done));
+  });
+const button = () => queryByRole(body, "button", { name: "Headset" });
+
+async function show(): Promise<void> {
+  draw(testSession(), <Headset />);
+  await settle();
+}
+
+it("is offered only where the browser has a headset", async () => {
+  isThere = false;
+  await show();
+  expect(button()).toBeNull();
+  isThere = true;
+  xr.dispatchEvent(new Event("devicechange"));
+  await settle();
+  expect(button()).not.toBeNull();
+});
+
+it("is not offered by a browser without WebXR", async () => {
+  Reflect.deleteProperty(navigator, "xr");
+  await show();
+  expect(button()).toBeNull();
+});
+
+it("says what to do when the browser does not let the page in", async () => {
+  await show();
+  act(() => button()?.click());
+  await settle();
+  expect(requestSession).toHaveBeenCalledWith("immersive-vr");
+  expect(getByRole(body, "alert").textContent).toMatch(/^The headset did not start\./);
+});
+
+it("leaves a session that it cannot draw", async () => {
+  const end = vi.fn(async () => {});
+  requestSession.mockResolvedValue({ end } as Partial<XRSession> as XRSession);
+  await show();
+  act(() => button()?.click());
+  await settle();
+  expect(end).toHaveBeenCalled();
+  expect(queryByRole(body, "alert")).not.toBeNull();
+});
