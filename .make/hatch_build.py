@@ -29,10 +29,16 @@ class PageHook(BuildHookInterface[Any]):
         return schema + ([] if page.has_node() else project["dependency-groups"]["node"])
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build the page, except for editable installs, where make or the developer builds it."""
+        """Build the page, except for editable installs, where make or the developer builds it.
+
+        Why it cannot be built is a sentence among what pip shows, not a traceback.
+        """
         if version == "editable" or page.is_built():
             return
         with tempfile.TemporaryDirectory() as folder:
-            if not page.has_node():
-                page.link_node(Path(folder))
-            page.build(page.environment(Path(folder)))
+            try:
+                if not page.has_node():
+                    page.link_node(Path(folder))
+                page.build(page.environment(Path(folder)))
+            except page.PageError as error:
+                sys.exit(f"wax: the page was not built: {error}")

@@ -15,6 +15,7 @@ import importlib.util
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -36,6 +37,8 @@ MIRROR_PATIENCE: Final = {
     "npm_config_fund": "false",
     "npm_config_update_notifier": "false",
 }
+INTERRUPTED: Final = {-signal.SIGINT, 128 + signal.SIGINT}
+"""Statuses of a command that Ctrl-C has ended: its own, and as a shell reports it."""
 
 
 class PageError(Exception):
@@ -121,7 +124,7 @@ def run(command: list[str], env: dict[str, str], *, limit_s: float | None = None
         ).returncode
     except subprocess.TimeoutExpired as error:
         raise PageError(f"`{said}` was not done after {limit_s:.0f} s") from error
-    if status < 0 or status > 128:
+    if status in INTERRUPTED:
         raise KeyboardInterrupt
     if status:
         raise PageError(f"`{said}` failed, see above")

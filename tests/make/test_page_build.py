@@ -7,6 +7,7 @@ import os
 import time
 from typing import TYPE_CHECKING
 
+import hatch_build
 import page
 import pytest
 
@@ -150,3 +151,20 @@ def test_who_interrupts_is_obeyed(tmp_path: Path, env: dict[str, str]) -> None:
     with pytest.raises(KeyboardInterrupt):
         page.retry(_trying(tmp_path, "exit 130"), env)  # as a shell reports it
     assert _tried(tmp_path) == 1
+
+
+def test_a_build_that_is_killed_has_failed(tmp_path: Path, env: dict[str, str]) -> None:
+    """A machine without enough memory, or without a shell, is no Ctrl-C: a sentence says it."""
+    for status in (137, 254):
+        with pytest.raises(page.PageError, match="failed, see above"):
+            page.run(_trying(tmp_path, f"exit {status}"), env)
+
+
+def test_pip_shows_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without Node, and without the package that has it, the build ends without a traceback."""
+    monkeypatch.setattr(page, "is_built", lambda: False)
+    monkeypatch.setattr(page, "has_node", lambda: False)
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    hook = hatch_build.PageHook.__new__(hatch_build.PageHook)
+    with pytest.raises(SystemExit, match=r"^wax: the page was not built: Node 22\.12 or newer"):
+        hook.initialize("standard", {})
