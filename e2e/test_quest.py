@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from e2e.harness.gamepad import InjectedGamepad
-from e2e.harness.headset import STOPS, EmulatedHeadset, worn
+from e2e.harness.headset import SMALL, STOPS, EmulatedHeadset, worn
 from e2e.harness.quest import HEADSET, SHAPE, SQUEEZE, STICK_ACROSS, STICK_ALONG, TOUCH
 from e2e.harness.robot import moves, stands_still, turn_by_key, until_it_moves
 
@@ -51,7 +51,7 @@ async def test_in_a_headset_one_watches_and_drives_by_its_controller(
 
 async def test_in_a_session_one_drives_and_stops(server: Server, open_viewer: OpenViewer) -> None:
     """Nothing moves without a squeeze; a button of either hand is Stop, a held trigger ends it."""
-    viewer = await open_viewer(server, first=worn(), drives=True)
+    viewer = await open_viewer(server, first=worn(), drives=True, **SMALL)
     headset = await EmulatedHeadset.entered(viewer)
     await headset.push("right", across=-1)
     assert not await moves(server, within_s=0.5)
@@ -71,7 +71,7 @@ async def test_taken_off_or_lost_it_stops_the_robot(
     server: Server, open_viewer: OpenViewer
 ) -> None:
     """Put on again it needs a new squeeze; without its session the page is as before."""
-    viewer = await open_viewer(server, first=worn(), drives=True)
+    viewer = await open_viewer(server, first=worn(), drives=True, **SMALL)
     headset = await EmulatedHeadset.entered(viewer)
     await until_it_moves(server, headset.turn_left, headset.let_go)
     await headset.become("hidden")

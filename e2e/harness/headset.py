@@ -18,6 +18,8 @@ waxHeadset.installRuntime({ forceInstall: true });
 """
 _SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
 """A frame, and a reading of the controllers every 50 ms; by the page's timers, as it reads them."""
+SMALL: Final = {"viewport": {"width": 800, "height": 600}}
+"""A window of which a processor without graphics draws each frame in time, as a headset does."""
 STOPS: Final = {"left": "y-button", "right": "b-button"}
 
 
