@@ -9,18 +9,12 @@
 
 import { effect, signal } from "@preact/signals";
 import type { Session } from "../actions";
-import { GamepadInput } from "../drive/gamepad";
-import { listenLetGo } from "../drive/letGo";
-import type { PadSettings } from "../drive/padReading";
 import { watchFrames } from "../measure/picture";
-import { HOLD_MS } from "../view/HoldButton";
 import { isLive } from "../view/live";
-import { CARD, cardWords, type Grip, paint } from "./card";
-import { Controllers } from "./controllers";
+import { CARD, cardWords, paint } from "./card";
+import { listenHands } from "./listenHands";
 import { halfHeightDeg, meshOf } from "./mesh";
-import { Pan } from "./pan";
 import { Scene, Sheet } from "./scene";
-import { SessionWindow } from "./sessionWindow";
 
 /** The session that runs; null while there is none. */
 export const inHeadset = signal<XRSession | null>(null);
@@ -61,7 +55,7 @@ async function run(page: Session, session: XRSession): Promise<void> {
   const ending = new AbortController();
   const { signal: ended } = ending;
 
-  const { seen, hold } = listen(page, session, ended);
+  const { seen, hold } = listenHands(page, session, ended);
   const sheets = [new Sheet(gl), new Sheet(gl), new Sheet(gl)] as const;
   const [driving, beside, card] = sheets;
   const films = { driving: new Film(driving), beside: new Film(beside) };
@@ -130,80 +124,6 @@ async function run(page: Session, session: XRSession): Promise<void> {
   });
   session.requestAnimationFrame(onFrame);
 }
-
-/** Listens to the controllers, and to what ends input. */
-function listen({ state, actions }: Session, session: XRSession, ended: AbortSignal) {
-  const controllers = new Controllers();
-  let chosen = state.preferences.peek().gamepad;
-  let settings: PadSettings = { ...chosen, ...HANDS };
-  const settingsNow = () => {
-    const now = state.preferences.peek().gamepad;
-    if (now !== chosen) [chosen, settings] = [now, { ...now, ...HANDS }];
-    return settings;
-  };
-  const read = () => controllers.read(session.inputSources, settingsNow());
-  let hands = read();
-  const seen = new SessionWindow(session, () => {
-    hands = read();
-    return hands.pad;
-  });
-  const grip = signal<Grip>({ isSqueezed: false, isReady: false });
-  const pan = new Pan(state, actions);
-
-  listenLetGo(seen.asWindow, { letGo: actions.letGo, lift: () => false, signal: ended });
-  // Another gamepad would move the robot without the dead-man.
-  actions.useGamepad(null);
-  actions.enlarge(null);
-  const input = new GamepadInput(seen.asWindow, {
-    input: {
-      // The dead-man: without it nothing is held, and the sticks must have rested since.
-      get isEnabled() {
-        return state.mayMove.peek() && hands.isSqueezed;
-      },
-      release: actions.release,
-      deflect: actions.deflect,
-    },
-    ways: actions,
-    operating: {
-      press: actions.holdControl,
-      release: actions.releaseControl,
-      toggle: actions.toggleControl,
-    },
-    controls: () => state.usableControls.peek(),
-    settings: settingsNow,
-    movesSideways: () => state.movesSideways.peek(),
-    // Who watches can press Stop, too.
-    isDriving: () => state.mayStop.peek(),
-    stop: actions.stop,
-    toggleSpeed: () =>
-      actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow"),
-    changed: ({ isReady }) => {
-      grip.value = { ...grip.peek(), isReady };
-    },
-    tell: () => {},
-  });
-  input.listen(ended);
-  input.use(0);
-
-  let release: ReturnType<typeof setTimeout> | undefined;
-  const isStopped = () => state.stopNumber.peek() !== null && state.mayRelease.peek();
-  session.addEventListener("selectstart", () => {
-    if (state.callSecondsLeft.peek() !== null) actions.answerCall();
-    if (isStopped()) release = setTimeout(() => isStopped() && actions.releaseStop(), HOLD_MS);
-  });
-  for (const type of ["selectend", "visibilitychange", "end"]) {
-    session.addEventListener(type, () => clearTimeout(release));
-  }
-  const frame = (seconds: number) => {
-    const { isSqueezed } = hands;
-    if (isSqueezed !== grip.peek().isSqueezed) grip.value = { ...grip.peek(), isSqueezed };
-    pan.push(grip.peek().isReady ? hands.pan : null, seconds);
-  };
-  return { seen, hold: { grip, frame } };
-}
-
-/** The left stick moves, the right one turns. */
-const HANDS = { turn: "right", planarTurn: "right", triggers: false } as const;
 
 /** Keeps on a sheet what a video element presents, frame by frame. */
 class Film {
