@@ -46,12 +46,18 @@ def _encode(
     count: int,
     keyframes: set[int],
     rendition: RenditionSettings = SMALL,
+    pause_s: float = 0.0,
 ) -> list[EncodedPicture]:
+    """Encode so many pictures; each keyframe follows the picture before it after a pause."""
     encoder = VideoEncoder(codec=codec, rendition=rendition, now_s=lambda: 0.0)
     texture = np.random.default_rng(1).integers(0, 255, (180, 160 + count), dtype=np.uint8)
+    paused_s = [pause_s * sum(one <= i for one in keyframes) for i in range(count)]
     found = [
         encoder.encode(
-            Picture(np.ascontiguousarray(texture[:, i : i + 160]), 5000 + i / rendition.fps),
+            Picture(
+                np.ascontiguousarray(texture[:, i : i + 160]),
+                5000 + i / rendition.fps + paused_s[i],
+            ),
             keyframe=i in keyframes,
         )
         for i in range(count)
@@ -152,6 +158,15 @@ def test_a_picture_that_is_not_newer_is_left_out() -> None:
     picture = Picture(np.zeros((180, 160), np.uint8), 7.0)
     assert encoder.encode(picture, keyframe=False) is not None
     assert encoder.encode(picture, keyframe=False) is None
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_a_keyframe_after_a_pause_is_no_larger(codec: Literal["vp8", "h264"]) -> None:
+    """Its interval would have the bits of many pictures, which take seconds on a slow link."""
+    without, after = (
+        len(_encode(codec, 31, {30}, pause_s=pause_s)[30].data) for pause_s in (0.0, 1.0)
+    )
+    assert after < 1.2 * without
 
 
 @pytest.mark.parametrize("codec", CODECS)

@@ -85,6 +85,8 @@ class VideoEncoder:
         self._now_s = now_s
         self._since_keyframe = 0
         self._newest_pts = -1
+        self._interval = round(VIDEO_RATE_HZ / rendition.fps)
+        self._coded_pts = 0
         self._fresh = True
 
     def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
@@ -92,14 +94,18 @@ class VideoEncoder:
         pts = round(picture.captured_s * VIDEO_RATE_HZ)
         if pts <= self._newest_pts:
             return None
-        self._newest_pts = pts
+        interval, self._newest_pts = pts - self._newest_pts, pts
         if self._effort.changes(keyframe=keyframe):
             self._context = self._make(self._rendition, is_hurried=self._effort.is_hurried)
             self._fresh = True
         keyframe = keyframe or self._fresh
         kind = PictureType.I if keyframe else PictureType.NONE
+        # A picture may take the bits of its whole interval: after a pause, a keyframe would be ten
+        # times as large, and stop the pictures of a slow link for seconds.
+        self._interval = min(interval, self._interval) if keyframe else interval
+        self._coded_pts += self._interval
         began_s = self._now_s()
-        data = _encode(self._context, self._rendition, picture, pts, kind)
+        data = _encode(self._context, self._rendition, picture, self._coded_pts, kind)
         if not keyframe:
             self._effort.took(self._now_s() - began_s)
         if not data:
