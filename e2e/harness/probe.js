@@ -91,6 +91,19 @@
     }
   };
 
+  // The longest time without a new picture, from now on for so long.
+  const longestPause = async (forMs) => {
+    const shownMs = [performance.now()];
+    const note = () => {
+      shownMs.push(performance.now());
+      if (shownMs.at(-1) < shownMs[0] + forMs) video().requestVideoFrameCallback(note);
+    };
+    video().requestVideoFrameCallback(note);
+    await after(forMs);
+    shownMs.push(performance.now());
+    return Math.max(...shownMs.slice(1).map((ms, at) => ms - shownMs[at]));
+  };
+
   // Keeps the newest picture: while it seeks, a slow browser may show earlier ones first.
   let newest = null;
   const keepNewest = () => {
@@ -251,6 +264,7 @@
     keepNewest,
     liesStill,
     loadedFirst,
+    longestPause,
     luma,
     middle,
     newest: () => newest,
