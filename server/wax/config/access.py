@@ -14,8 +14,8 @@ from wax.config.table import ConfigTable
 
 
 class AccessSettings(ConfigTable):
-    """Who may come in, and what those may do who were not invited. The host may always do
-    everything.
+    """Who may come in, and what strangers, people without an invitation, may do. The host may
+    always do everything.
     """
 
     strangers_watch: bool = True
@@ -25,8 +25,8 @@ class AccessSettings(ConfigTable):
     strangers_queue: bool = True
     """Whether strangers may queue and drive."""
     max_tabs: Annotated[int, Field(ge=1, le=100)] = 4
-    """In how many tabs one browser may have the page open. They have one place in the queue
-    together."""
+    """In how many tabs one browser may have the page open; together they have one place in the
+    queue."""
     hours: list[
         Annotated[
             str,
@@ -35,8 +35,8 @@ class AccessSettings(ConfigTable):
         ]
     ] = []
     """When the robot is open. Outside of these hours only the host comes in, and the others read
-    when it opens. Hours may go past midnight. Always open if the list is empty. The page offers
-    those of eight weeks as a calendar to subscribe to: its address with /open.ics.
+    when it opens. Hours may go past midnight. Always open if the list is empty. The page offers the
+    hours of the next eight weeks as a calendar to subscribe to, at /open.ics below its address.
 
     Example: hours = ["mon-fri 09:00-18:00", "sat 10:00-01:00"]
     """

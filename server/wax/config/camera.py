@@ -16,11 +16,11 @@ MAX_CAMERAS: Final = 4
 
 
 class CameraSettings(VideoSettings):
-    """Cameras beside [video], which stays the driving view: the operator always sees that, and only
-    its age counts for driving. Each is shown small beside it, and large at a tap or by the key
-    C. A link, and [network] upload_bps, carry the driving view first; a camera gets what that
-    leaves, and its encoders run only while somebody sees it. Rooms of publish show none, and the
-    thesis's policy has no use for them.
+    """Further cameras. [video] stays the driving view: the operator always sees it, and only the
+    age of its pictures counts for driving. Each further camera is shown small beside it, and large
+    at a tap or by the key C. A link, and [network] upload_bps, carry the driving view first; a
+    camera gets what that leaves, and its encoders run only while somebody sees it. Rooms of
+    [[publish]] and the policy "thesis" show none of them.
     """
 
     name: Annotated[str, printable(1, 24)]

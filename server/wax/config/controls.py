@@ -75,12 +75,13 @@ class ControlSettings(ConfigTable):
     step: Annotated[float, Field(gt=0, le=10_000)] = 0.05
     """The distance from one of a slider's values to the next."""
     choices: Annotated[list[Choice], Field(max_length=MAX_CHOICES)] = []
-    """What one chooses from, in a choice."""
+    """The values of a choice."""
     key: Key = ""
-    """Presses a button or a toggle, as long as nobody's own keys have it."""
+    """The key that presses a button or a toggle; whoever has given it another meaning keeps
+    that."""
     pad_button: Literal["", "X", "Y", "LB", "RB", "View", "LS", "RS"] = ""
-    """The button of a gamepad that presses it for who drives with one, as an Xbox's is labelled; in
-    the page's settings everybody can choose another part of their pad by pressing it."""
+    """The button of a gamepad that presses it, as labelled on an Xbox's; everybody can choose
+    another in the page's settings."""
     moves: bool = False
     """Whether it moves the robot or a part of it; a button or a slider then, for whoever drives."""
     roles: Annotated[list[ControlRole], Field(min_length=1, max_length=3)] = ["operator"]
@@ -144,8 +145,8 @@ class ControlSettings(ConfigTable):
 
 class GaugeSettings(ConfigTable):
     """Numbers that the robot tells, shown in the page's details and, beyond a limit, over the
-    picture. Beyond one that stops, or where a robot does not tell a number that has one, nobody
-    drives until it has been well for two seconds. Besides what its driver names, each robot that
+    picture. Nobody drives while a number is beyond a limit that stops, or is not told although it
+    has such a limit, and for two seconds after. Besides what its driver names, each robot that
     tells its battery has battery_v and battery_fraction (0 to 1); the simulated one has motor_c,
     how warm its motors are.
 
@@ -160,13 +161,13 @@ class GaugeSettings(ConfigTable):
     label: Label = ""
     """What people call it, "" for its name."""
     unit: Annotated[str, printable(0, 8)] = ""
-    """What it is counted in."""
+    """The unit that is shown."""
     min: Bound = 0.0
     """Where its scale begins."""
     max: Bound = 100.0
     """Where its scale ends."""
     decimals: Annotated[int, Field(ge=0, le=3)] = 1
-    """How many are shown."""
+    """How many decimals are shown."""
     warn_below: Bound | None = None
     """Warns people of less than this."""
     warn_above: Bound | None = None

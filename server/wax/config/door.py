@@ -33,11 +33,11 @@ class DoorSettings(ConfigTable):
     """
 
     host: DoorHost = ""
-    """Its name, which is the robot's, too."""
+    """The machine's name, by which people reach the robot, too."""
     port: Annotated[int, Field(ge=0, le=65535)] = 0
-    """The TCP port on it, open to nobody outside, that leads to this robot."""
+    """The TCP port on that machine, open to nobody outside, that leads to this robot."""
     host_key: HostKey = ""
-    """The key by which it shows that it is the right machine."""
+    """The SSH host key of that machine."""
     key_file: str = ""
     """The file with this robot's private key, which opens that port and nothing else."""
 

@@ -20,12 +20,12 @@ class DriveSettings(ConfigTable):
     """How many times a second the robot gets a set-point."""
     max_age_ms: Annotated[float, Field(ge=50, le=1000)] = 150.0
     """A command counts for this many milliseconds after it was sent, plus the link's delay, which
-    is half the least round trip in this turn; then the robot stops. 150 bridges six lost
-    commands. A page that lies about its clock gets no more than the round trip and 350 ms on
-    top, by the server's own clock."""
+    is half the least round trip in this turn; then the robot stops. 150 bridges six lost commands.
+    A page that lies about its clock gains no more than the round trip and 350 ms, by the server's
+    own clock."""
     max_command_age_ms: Annotated[float, Field(ge=50, le=2000)] = 500.0
-    """The most milliseconds for both together, not less than max_age_ms. Over a slower link people
-    can watch, but not drive."""
+    """The most milliseconds for max_age_ms and the link's delay together, not less than max_age_ms.
+    Over a slower link people can watch, but not drive."""
     slow_picture_age_ms: Annotated[float, Field(ge=100, le=60_000)] = 400.0
     """An operator whose picture is older than this many milliseconds, not counting the link's delay
     but with what the source's clock may err by (100 for a USB camera, 200 for a network camera),

@@ -74,11 +74,11 @@ class HookSettings(ConfigTable):
     Each is signed as Standard Webhooks 1.0 has it (webhook-id, webhook-timestamp,
     webhook-signature), so its libraries check it. A receiver has 10 s to answer with 2xx; redirects
     are not followed. An event that is not accepted is sent again, with the same id, for ten
-    minutes; `Retry-After` (with 429 and 503) is waited for, up to 300 s. Another 4xx than 408, 425
-    and 429 refuses this event for good, 410 switches the hook off until the next start. Events of
-    stop and fault come in order among themselves, the others too; the former wait for none of the
-    latter: sort by `timestamp`. Of more than 200 that wait the oldest are lost. Driving never waits
-    for it. `wax hook test` sends a sample, of the type hook.test.
+    minutes; `Retry-After` (with 429 and 503) is waited for, up to 300 s. Any 4xx but 408, 425 and
+    429 refuses the event for good, 410 switches the hook off until the next start. Events of stop
+    and fault come in order, and so do the others; stop and fault wait for no others: sort by
+    `timestamp`. If more than 200 wait, the oldest are lost. Driving never waits for a hook. `wax
+    hook test` sends a sample, of the type hook.test.
     """
 
     url: HookUrl
@@ -86,11 +86,10 @@ class HookSettings(ConfigTable):
     events: Annotated[list[EventName], Field(max_length=len(NAMES))] = []
     """The events that are sent; all of them if the list is empty."""
     secret_file: Annotated[str, Field(min_length=1)]
-    """The file with the secret that signs; make one: (umask 077; echo whsec_$(openssl rand -base64
-    32) > FILE)."""
+    """The file with the secret that signs events; make one: (umask 077; echo whsec_$(openssl rand
+    -base64 32) > FILE)."""
     ca_file: str = ""
-    """The file with the certificate of the authority that signed the receiver's, if it is your own;
-    as in [mqtt]."""
+    """The file with your own CA certificate, if that CA signed the receiver's; as in [mqtt]."""
     names: bool = False
     """Whether people's names are told; otherwise name is null. Addresses never are."""
 

@@ -19,24 +19,24 @@ class ActSettings(ConfigTable):
     for_s: Annotated[float, Field(ge=0.1, le=60)] = 0.5
     """Seconds for which it is done."""
     linear: Deflection = 0.0
-    """The stick ahead."""
+    """How far the stick is pushed ahead."""
     angular: Deflection = 0.0
-    """The stick to the left, which turns it."""
+    """How far the stick is pushed to the left, which turns the robot."""
     lateral: Deflection = 0.0
-    """The stick that moves it sideways, to the left."""
+    """How far the stick for sideways is pushed to the left."""
     press: Literal["stop", "wait", "go_on", "left", "right", "none"] = "none"
     """The button that is pressed."""
 
 
 class LocalSettings(ConfigTable):
     """A person aboard, as in a powered wheelchair, with a hand control of their own that outranks
-    every operator: touched, the robot is theirs at once; released, it stands for a moment, and
-    then an operator may drive on, from neutral. It is read in the driver process, so that they
-    drive and stop when the server is frozen or dead: the process outlives a server that was
-    killed, until the next one is started (with systemd: KillMode=process). While the control
-    does not answer nobody drives. A Stop of theirs stays in force, whatever is started again,
-    until they ask to go on (a power cut within seconds of it may lose it). A Stop on the page
-    holds operators, never the person.
+    every operator: touched, the robot is theirs at once; released, it stands for a moment, and then
+    an operator may drive on, from neutral. It is read in the driver process, so that the person
+    drives and stops even when the server is frozen or dead: the process outlives a server that was
+    killed, until the next one is started (with systemd: KillMode=process). While the control does
+    not answer nobody drives. A Stop of the person's stays in force, whatever is started again,
+    until they ask to go on (a power cut within seconds of it may lose it). A Stop on the page holds
+    operators, never the person.
 
     WAX is no medical device: such a robot needs an emergency stop in hardware within their reach.
     """
@@ -52,10 +52,9 @@ class LocalSettings(ConfigTable):
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
     """Bits a second; it must match the control's program."""
     stick: Literal["drives", "shares"] = "drives"
-    """What the stick does while an operator can be heard: "drives" takes the robot over, "shares"
-    lets pass as much of the operator's driving as it is pushed ahead, none at rest, to a side or
-    back. While no operator may drive, or can be heard, it drives, either way, once it was seen
-    at rest."""
+    """What the stick does while an operator is connected and may drive: "drives" takes the robot
+    over; "shares" lets pass as much of the operator's driving as the stick is pushed ahead, none of
+    it at rest, to a side or back. Otherwise the stick drives, once it was seen at rest."""
     pause_s: Annotated[float, Field(ge=0.5, le=60)] = 2.0
     """Seconds for which the robot stands after the person has let go, before an operator may
     drive."""
@@ -69,7 +68,7 @@ class LocalSettings(ConfigTable):
     """What the simulated person does, to show operators what happens and let them practise. What an
     act leaves out does nothing."""
     script_s: Annotated[float, Field(ge=1, le=3600)] = 60.0
-    """After so many seconds the script begins again."""
+    """Seconds after which the script begins again."""
 
     @property
     def is_on(self) -> bool:

@@ -8,7 +8,7 @@ from wax.config.table import ConfigTable
 
 
 class LogSettings(ConfigTable):
-    """What the server says of itself."""
+    """What the server writes to its log."""
 
     format: Literal["text", "json"] = "text"
     """How events are written to standard error: for people, or one JSON object a line for

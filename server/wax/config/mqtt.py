@@ -20,8 +20,8 @@ def _whole(url: str) -> str:
 
 class MqttSettings(ConfigTable):
     """The broker of your house's automation, by MQTT 5 (`pip install "wax-teleop[mqtt]"`). Home
-    Assistant, from 2024.11 on, finds the robot there by itself. Below `topic` are retained, as
-    text:
+    Assistant, from 2024.11 on, finds the robot there by itself. These are retained below `topic`,
+    as text:
       status                 "online" or "offline", as the broker tells when this server is gone
       NAME/status            "online" while what is sent to NAME/set arrives, of each NAME below
       queue, viewers         how many wait, and watch
@@ -37,9 +37,9 @@ class MqttSettings(ConfigTable):
       open/set, paused/set, blanked/set  "ON" or "OFF": as you do in the panel Host
       release/set  the Unix time in ms when it was wanted, at most 2 s ago by this machine's clock;
                    only with `release`, and never a Stop of your own
-    The server sends itself a "wax-probe …" by each of them every 30 s, which asks for nothing;
-    while none comes back within 3 s, Home Assistant offers no button or switch for it. So let its
-    user at the broker read and write below `topic`, write below `discovery`, and read
+    The server sends itself a "wax-probe …" by each of these every 30 s, which asks for nothing;
+    while none comes back within 3 s, Home Assistant offers no button or switch for it. So let the
+    server's user at the broker read and write below `topic`, write below `discovery`, and read
     `discovery`/status: "online" there has everything said again. Nobody can drive from there.
     Retained messages to these topics are ignored, even a Stop: they would act again at each new
     connection. Of many messages to one topic the newest counts, at most five times a second; a
@@ -58,17 +58,17 @@ class MqttSettings(ConfigTable):
         ONE_URL,
         AfterValidator(_whole),
     ] = ""
-    """Its address: mqtts:// if it is encrypted (otherwise a password can be read on the way), and
-    ":PORT" if that is not 8883 or 1883. Driving never waits for it; it is tried for ever, at
-    least every 30 s."""
+    """The broker's address: mqtts:// if it is encrypted (otherwise a password can be read on the
+    way), and ":PORT" if that is not 8883 or 1883. Driving never waits for the broker; the
+    connection is tried for ever, at least every 30 s."""
     user: Annotated[str, Field(max_length=200)] = ""
     """The name of this server's user at the broker."""
     password_file: str = ""
     """The file that holds that user's password."""
     ca_file: str = ""
-    """The file with the certificate of the authority that signed the broker's, if it is your own.
-    If empty, the authorities that this machine trusts count, or those in the file that the
-    environment variable SSL_CERT_FILE names. Verification cannot be switched off."""
+    """The file with your own CA certificate, if that CA signed the broker's. If empty, the CAs that
+    this machine trusts count, or those in the file that the environment variable SSL_CERT_FILE
+    names. Verification cannot be switched off."""
     topic: Annotated[
         str,
         Field(
@@ -80,8 +80,8 @@ class MqttSettings(ConfigTable):
             ' "+", "#", a "$" at the beginning or a "/" at either end'
         ),
     ] = ""
-    """What all topics begin with; if empty, "wax/" and the robot's name. Two robots need two: they
-    also have their client identifier by it."""
+    """What all topics begin with; if empty, "wax/" and the robot's name. Each robot needs its own,
+    from which its client identifier is made, too."""
     names: bool = False
     """Whether people's names are published: in events, and who drives. Addresses never are."""
     release: bool = False

@@ -28,15 +28,15 @@ class NetworkSettings(ConfigTable):
     interfaces: Annotated[list[Annotated[str, Field(min_length=1)]], Field(max_length=16)] = []
     """Network interfaces to use, by name ("wlan0") or address; all of them if the list is empty."""
     stun: Annotated[list[StunUrl], Field(max_length=4)] = []
-    """STUN servers, which tell viewers and this machine their public addresses; its own is offered
-    beside public_addresses, also when it changes. None by default, so that no outside host is
-    ever contacted."""
+    """STUN servers, which tell viewers and this machine their public addresses; this machine's is
+    offered beside public_addresses, also when it changes. None by default, so that no outside host
+    is ever contacted."""
     upload_bps: Annotated[int, Field(ge=0, le=10_000_000_000)] = 0
     """What all viewers together may be sent, in bits a second: what the provider promises as
-    upload, less what the house needs of it. The operator's comes first; observers share the
-    rest, with smaller pictures where it is short, and nobody is let in whose picture it would
-    not carry; what the rooms of publish take comes off first. 0 is no limit. The thesis's policy
-    has no use for it."""
+    upload, less what the house needs of it. The operator's comes first; observers share the rest,
+    with smaller pictures where it is short, and nobody is let in whose picture it would not carry;
+    what the rooms of publish take comes off first. 0 is no limit. The policy "thesis" ignores
+    it."""
 
     @field_validator("public_addresses")
     @classmethod

@@ -40,8 +40,8 @@ class PageSettings(ConfigTable):
     name: Annotated[str, printable(1, 40)] = "WAX"
     """The robot's name, as the page's title."""
     sentence: Annotated[str, printable(0, 160)] = ""
-    """What it is and what one may do, in one sentence. "" is one of the page's own, in the reader's
-    language.
+    """What the robot is and what one may do, in one sentence. "" is one of the page's own, in the
+    reader's language.
 
     Example: sentence = "A rover in our school's museum: look around, and say hello."
     """
@@ -75,12 +75,12 @@ class PageSettings(ConfigTable):
     page has it."""
     embed_on: Annotated[list[Site], Field(max_length=MAX_SITES)] = []
     """The sites on which pages may show this robot in a frame: ?view=embed, which has the picture,
-    sound after a press, who drives, how many wait, and a link to this page. In it nobody drives
-    or stops, and no cookie counts. All frames together get a quarter of the places at most. The
-    host's panel shows the line of HTML to copy; a link to this page, pasted there, becomes the
-    picture where the site knows oEmbed. Set [server] public_url, with https where the site has
-    it. [] is nowhere. A frame with sandbox needs "allow-scripts allow-same-origin" in it;
-    otherwise it only links here.
+    sound after a press, who drives, how many wait, and a link to this page. In the frame nobody
+    drives or stops, and no cookie counts. All frames together get a quarter of the places at most.
+    The host's panel shows the line of HTML to copy; a link to this page, pasted there, becomes the
+    picture where the site knows oEmbed. Set [server] public_url, with https where the site has it.
+    [] is nowhere. A frame with sandbox needs "allow-scripts allow-same-origin" in it; otherwise it
+    only links here.
 
     Example: embed_on = ["https://museum.example"]
     """

@@ -33,15 +33,15 @@ _EVERY_WAY: Final = "everybody could say who they are"
 class ProxySettings(ConfigTable):
     """People by name, where a proxy in front of this server has signed them in (Authelia,
     oauth2-proxy, Authentik, Tailscale Serve): it says in a header who asks, and nobody else comes
-    in. Only those in server.trusted_proxies are believed, each of which must replace what a
-    visitor sends in these headers. A ban, the limit of Stop, and the shares and the place in the
-    queue are the person's then, on whatever device. Who is signed out there is sent away here
-    within a minute. Recipes are in config/deploy/README.md.
+    in. Only those in server.trusted_proxies are believed, each of which must replace what a visitor
+    sends in these headers. A ban, the limit of Stop, and the shares and the place in the queue are
+    the person's then, on whatever device. Whoever is signed out there is sent away here within a
+    minute. Recipes are in config/deploy/README.md.
     """
 
     person: HeaderOrClaim = ""
-    """The header with the person's lasting name there, as "Remote-User". Empty: this table is
-    not used."""
+    """The header with the person's user name, or another lasting identifier, as "Remote-User".
+    Empty: this table is not used."""
     name: HeaderOrClaim = ""
     """The header with the name that is shown here, as "Remote-Name"; the name that somebody gives
     themselves on the page does not count then. Empty: people give themselves a name."""
@@ -57,8 +57,8 @@ class ProxySettings(ConfigTable):
     refuse: list[Group] = []
     """The groups whose people are refused, whatever other groups they are in."""
     host_link: bool = True
-    """Whether a host's link makes somebody host, too, past the proxy as well. Where `host` has
-    groups, it can be switched off."""
+    """Whether a host link makes somebody host, too, even past the proxy. It can be switched off
+    only where `host` has groups."""
     one_place: bool = True
     """Whether a person has one place in the queue, on all devices together. If not, each browser
     has one, as for an account that a class shares."""

@@ -34,9 +34,9 @@ class PublishSettings(ConfigTable):
     livekit: _WebSocket = ""
     """LiveKit's address for pages."""
     room: Annotated[str, Field(max_length=64)] = "robot"
-    """Its name there."""
+    """The room's name."""
     api_key: str = ""
-    """The key that LiveKit knows."""
+    """LiveKit's API key."""
     api_secret: Annotated[str, Field(repr=False)] = ""
     """The secret of that key, where no file holds it."""
     api_secret_file: str = ""
@@ -44,11 +44,11 @@ class PublishSettings(ConfigTable):
     whip: _Http = ""
     """The address of any server that takes WHIP, instead of livekit."""
     whip_token: Annotated[str, Field(repr=False)] = ""
-    """The bearer token that it wants."""
+    """The bearer token for whip."""
     watch: _Http = ""
-    """The page on which people watch it there."""
+    """The WHIP server's own page, on which people watch."""
     max_viewers: Annotated[int, Field(ge=1, le=100_000)] = 1000
-    """The most who are sent to this room."""
+    """The most viewers who are sent to this room."""
 
     @model_validator(mode="after")
     def _is_one(self) -> Self:

@@ -33,13 +33,14 @@ class RecordingSettings(ConfigTable):
     keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 7.0
     """After how many days what the host has not kept is deleted."""
     segment_s: Annotated[float, Field(ge=10, le=600)] = 60.0
-    """The least seconds in one part of the tape, which is a few files; the next begins with the
+    """The shortest part of the tape, in seconds; each is a few files, and the next begins with the
     next keyframe. Parts are kept and deleted as a whole."""
     sound: bool = True
-    """Whether the sound is on it, too. Ask what your law says about recording people's voices."""
+    """Whether the sound is on the tape, too. Ask what your law says about recording people's
+    voices."""
     cameras: bool = True
-    """Whether the cameras beside the driving view are on it, too, each in the best of its
-    renditions, which is then always encoded."""
+    """Whether the further cameras are on the tape, too, each in the best of its renditions, which
+    is then always encoded."""
     purpose: Annotated[str, printable(0, 160)] = ""
     """What the tape is used for, besides seeing what happened. Everybody reads it on the page, and
     for a minute after each turn its operator can say that this turn is not to be used: `wax tape
@@ -56,4 +57,4 @@ class RecordingSettings(ConfigTable):
     """Whether the page asks operators what they are going to do; their answer replaces `task`. They
     can write anything, their own names too."""
     names: bool = False
-    """Whether people's names are on it; otherwise they are numbers. Addresses never are."""
+    """Whether people's names are on the tape; otherwise people are numbers. Addresses never are."""

@@ -20,4 +20,4 @@ class RecordSettings(ConfigTable):
     path: str = ""
     """The file, an SQLite database. "" is records.db in [server] state_dir."""
     keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 30.0
-    """Days after which they are deleted."""
+    """Days after which records are deleted."""

@@ -19,11 +19,11 @@ class RelaySettings(ConfigTable):
     """Its addresses; with "?transport=tcp" it is reached by TCP, with "turns:" by TLS."""
     secret: Annotated[str, Field(repr=False)] = ""
     """The TURN server's static-auth-secret. Viewers never see it, but get a name and a password
-    that end after ten minutes."""
+    that expire after ten minutes."""
     secret_file: str = ""
     """A file with that secret, so that it need not stand here."""
     only: bool = False
-    """Viewers use the relay even where they could connect directly."""
+    """Whether viewers use the relay even where they could connect directly."""
 
     @model_validator(mode="after")
     def _has_what_it_needs(self) -> Self:

@@ -33,8 +33,9 @@ class RobotSettings(ConfigTable):
     """The highest turning speed, in radians a second. 1.5 is a quarter turn a second: at more,
     people overshoot when the picture is 200 ms late."""
     base: Base = "differential"
-    """How its wheels stand: two driven sides, four mecanum wheels, or three omni wheels at equal
-    angles, of which one is at the back. A driver whose robot mixes its wheels itself ignores it."""
+    """How the robot's wheels are arranged: two driven sides, four mecanum wheels, or three omni
+    wheels at equal angles, of which one is at the back. A driver whose robot mixes its wheels
+    itself ignores it."""
     max_lateral_mps: Annotated[float, Field(ge=0, le=10)] | Literal["auto"] = "auto"
     """The highest speed sideways, in metres a second; 0 is a robot that cannot. "auto" is
     max_linear_mps for a base of mecanum or omni wheels, else 0."""
@@ -46,8 +47,9 @@ class RobotSettings(ConfigTable):
     """How hard the robot and its board brake, in metres a second, per second. Measure it with `wax
     prove-stop`; the speed allowed over a link depends on it."""
     soft_braking: bool = False
-    """Slow down at that rate, instead of at once, when the operator lets go or their commands end:
-    for a robot that would fall over. Stop, hand-over and faults still stop it at once."""
+    """Whether the robot slows down at braking_mps2, instead of at once, when the operator lets go
+    or their commands end: for a robot that would fall over. Stop, hand-over and faults still stop
+    it at once."""
     silence_ms: Annotated[int, Field(ge=60, le=1000)] = 120
     """The driver process stops the robot after this many milliseconds without a message from the
     server. 120 is six periods at 50 Hz."""
@@ -59,19 +61,18 @@ class RobotSettings(ConfigTable):
     omni_radius_m: Annotated[float, Field(gt=0, le=5)] = 0.15
     """Metres from the middle of an omni base to each wheel."""
     width_m: Annotated[float, Field(ge=0, le=5)] = 0.0
-    """Metres from its left to its right edge, for the path that the page draws on the picture. 0 is
-    not known: one line is drawn for its middle, except for the simulated robot, which knows
-    itself."""
+    """The robot's width in metres, for the path that the page draws on the picture. 0 is not known:
+    one line is drawn for its middle, except for the simulated robot, which knows itself."""
     left_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
     """The fraction of its speed that the left motor gets, for a robot that drifts to the right. Of
     four wheels, both on that side get it."""
     right_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
     """The fraction of its speed that the right motor gets, for a robot that drifts to the left."""
     invert_left: bool = False
-    """The left motor, or both on that side, is wired the other way round. Where only one of the two
-    is, or an omni base's back one, swap its wires."""
+    """Whether the left motor, or both on that side, is wired the other way round. Where only one of
+    the two is, or an omni base's back one, swap its wires."""
     invert_right: bool = False
-    """The right motor, or both on that side, is wired the other way round."""
+    """Whether the right motor, or both on that side, is wired the other way round."""
     serial: SerialSettings = SerialSettings()
 
     @property

@@ -62,8 +62,8 @@ class Settings(ConfigTable):
     Copy the keys you want to change into a file of your own and start with: wax --config FILE
 
     A name ends with its unit: _s seconds, _ms milliseconds, _hz times a second, _bps bits a second,
-    _m metres, _mps metres a second, _rps radians a second. A file's relative name begins where the
-    server was started, not beside the configuration.
+    _m metres, _mps metres a second, _rps radians a second. A relative file name is relative to the
+    folder in which the server was started, not to that of the configuration.
     """
 
     publish: Annotated[list[PublishSettings], Field(max_length=16)] = []

@@ -41,8 +41,8 @@ class SyncSettings(ConfigTable):
     which is heard sooner; it needs HTTPS (or localhost) and a browser with AudioDecoder. "auto"
     is WAX's where it can play, else the browser's. Viewers may choose on their page."""
     max_holdback_ms: _HoldbackMs = 500.0
-    """The most milliseconds by which the picture is held back. Observers do not mind: half a second
-    is the thesis's value."""
+    """The most milliseconds by which the picture is held back to match its sound. Observers do not
+    mind: half a second is the thesis's value."""
     max_skew_ms: _SkewMs = 20.0
     """Tolerated skew between sound and picture in milliseconds; nobody notices 20."""
 

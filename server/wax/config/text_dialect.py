@@ -74,43 +74,43 @@ class TextDialectSettings(ConfigTable):
     r"""The line that drives the robot, such as "m {left} {right}\r"; the dialect "text" needs
     it."""
     stop: Line = ""
-    """The line that stops it, where that is not drive with zeros. It is said again and again; the
-    next drive must start the robot again without anything between."""
+    """The line that stops the robot, where that is not drive with zeros. It is sent again and
+    again; the next drive must start the robot again without anything between."""
     per_mps: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """The number that the line says is the speed in metres a second times this: 1 for m/s, 1000 for
-    mm/s; for encoder ticks a loop, the ticks of a metre divided by the loops of a second; for
-    shares of full power, the largest share divided by the speed that you measure with it."""
+    """The number in the line is the speed in metres a second times this: 1 for m/s, 1000 for mm/s;
+    for encoder ticks a loop, the ticks of a metre divided by the loops of a second; for shares of
+    full power, the largest share divided by the speed that you measure with it."""
     per_rps: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """The same of turning, where the line has {angular}: 1 for radians a second, 57.3 for
+    """The same for turning, where the line has {angular}: 1 for radians a second, 57.3 for
     degrees."""
     limit: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """The largest number that the line may say, such as 255 or 1000; all are reduced together, so
+    """The largest number that the line may have, such as 255 or 1000; all are reduced together, so
     that a curve stays the same. 0: there is no limit."""
     ttl_ms: Annotated[int, Field(ge=0, le=10_000)] = 0
     """Milliseconds without a line after which the board stops by itself: look for a timeout in its
     program. 0: it does not, or you do not know. Then a pulled cable leaves it moving, and WAX
     warns."""
     keep_alive_ms: Annotated[int, Field(ge=20, le=1000)] = 100
-    """Milliseconds after which the newest line is said again, standstill as well. Change is said at
-    once."""
+    """Milliseconds after which the newest line is sent again, also while the robot stands. A change
+    is sent at once."""
     boot_ms: Annotated[int, Field(ge=0, le=10_000)] = 2000
     """Milliseconds from the opening of the port until the board listens. Most Arduinos restart
     then."""
     begin: Annotated[Lines, Field(max_length=8)] = []
-    """Lines said once the board listens, such as settings. The robot is told to stop before and
+    """Lines sent once the board listens, such as settings. The robot is told to stop before and
     after."""
     end: Annotated[Lines, Field(max_length=4)] = []
-    r"""Lines said at the end, after the last stop, such as "!EX\r"."""
+    r"""Lines sent at the end, after the last stop, such as "!EX\r"."""
     answers: Line = ""
-    """What the board answers to a line, such as "OK"; then it counts as there only while it does.
-    Leave it empty where it answers nothing."""
+    """What the board answers to a line, such as "OK"; then the robot counts as connected only while
+    the board does. Leave it empty where it answers nothing."""
     answer_ms: Annotated[int, Field(ge=100, le=1000)] = 500
-    """Milliseconds without such an answer after which the robot counts as gone, and must be driven
-    anew."""
+    """Milliseconds without such an answer after which the robot counts as lost; then let go of all
+    controls to drive on."""
     ask: Annotated[Lines, Field(max_length=4)] = []
     """Lines that ask the board for what reports describes, one after the other."""
     ask_ms: Annotated[int, Field(ge=50, le=10_000)] = 200
-    """Milliseconds from one such question to the next."""
+    """Milliseconds from one line of ask to the next."""
     reports: Annotated[Lines, Field(max_length=8)] = []
     """What the board tells, such as "V={battery_v}" or "{left_ticks} {right_ticks}". It may name
     {battery_v}, {battery_dv} (tenths of a volt), {battery_mv}, {bumpers} (a bit each), {moving}

@@ -34,8 +34,8 @@ class ThesisSettings(ConfigTable):
     """Bytes of one picture; each is encoded independently, like the thesis's 75 % JPEGs (3.5,
     4.2)."""
     sample_rate_hz: Literal[8000] = 8000
-    """Samples of the sound, times a second: µ-law, one byte each (3.4.1). The codec PCMU has no
-    other."""
+    """How many times a second the sound is sampled: µ-law, one byte each (3.4.1). The codec PCMU
+    has no other."""
     fail_safe_fps: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Fail-safe mode begins when fewer pictures a second than this get through (3.5)."""
     reference_audio_buffer_ms: Annotated[float, Field(ge=0, le=500)] = 50.0

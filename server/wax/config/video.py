@@ -144,8 +144,8 @@ class VideoSettings(ConfigTable):
         "auto"
     )
     """What encodes H.264; VP8 is always encoded by the processor. "auto" tries the hardware
-    encoders that PyAV knows when the server starts, and takes one that returns each picture at
-    once, and so that browsers can decode it; if there is none, or it fails later, the processor
+    encoders that PyAV knows when the server starts, and takes the first that returns each picture
+    at once, in a form that browsers decode; if there is none, or it fails later, the processor
     encodes. `wax devices` shows the trials, and the log says which encoder was taken. "software"
     tries none; a name tries that one only (a Raspberry Pi up to the 4 has h264_v4l2m2m, NVIDIA's
     cards have h264_nvenc, Intel's chips h264_qsv, AMD's h264_amf)."""
