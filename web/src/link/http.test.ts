@@ -33,7 +33,7 @@ it("shows the server's English until the page has its own words", async () => {
   const { saying } = refusal as RequestError;
   expect(saying).toEqual({ ...sentence, english });
   language.value = german;
-  expect(said(saying)).toBe("Der einzige Platz ist besetzt; versuch es später noch einmal.");
+  expect(said(saying)).toBe("Der einzige Platz ist belegt; versuch es später noch einmal.");
 });
 
 it("shows a plain text, as from a proxy, or at least the status", async () => {
