@@ -254,7 +254,7 @@ async def test_what_can_be_no_name_is_a_sentence(name: str) -> None:
     """The sentence for an impossible host name does not show the path of the URL."""
     with pytest.raises(HookError) as refused:
         await _post(f"http://{name}/secret-path")
-    assert str(refused.value) == "It cannot be reached: no such name can be."
+    assert str(refused.value) == "It cannot be reached: such a name cannot exist."
 
 
 @pytest.mark.parametrize("plain", [None, b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"])

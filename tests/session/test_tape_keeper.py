@@ -299,7 +299,7 @@ def test_everybody_is_told_whether_it_runs(rig: Rig) -> None:
 def test_a_purpose_is_told_to_everybody() -> None:
     """They read what the recording is for before they drive; their pages offer to disown a turn."""
     told = Rig(purpose="A robot learns from it.").keeper.status()
-    assert str(told.why).endswith("It also serves this purpose: A robot learns from it.")
+    assert str(told.why).endswith("The recording also serves this purpose: A robot learns from it.")
     assert told.model_dump(exclude={"why"}) == {"running": True, "can_disown": True}
 
 

@@ -507,10 +507,10 @@ async def test_an_offer_without_a_place_gets_a_seat(client: Client, room: FakeRo
     response = await client.post("/api/offer", json=GOOD)
     assert response.status == 200
     assert await response.json() == {"what": f"seat of {tab}", "is_somebody": True}
-    room.full = FullError("Watching is full")
+    room.full = FullError("All places to watch are taken")
     response = await client.post("/api/offer", json=GOOD)
     assert (response.status, response.headers["Retry-After"]) == (503, "1")
-    assert (await response.json())["error"] == "Watching is full"
+    assert (await response.json())["error"] == "All places to watch are taken"
     room.full, room.error = None, FullError("too many tabs")
     response = await client.post("/api/offer", json=GOOD)
     assert (await response.json())["error"] == "too many tabs"

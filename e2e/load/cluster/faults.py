@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 ENGINES_OWN_S: Final = 5.5
 """LiveKit counts a dead node as alive for this long; one started before that gets no rooms."""
-_FULL: Final = "Watching is full"
+_FULL: Final = "All places to watch are taken"
 _UNHEARD: Final = "No answer"
 _STEADY_S: Final = 11.0
 """After this long in a room, a page trusts the rooms again that had failed."""

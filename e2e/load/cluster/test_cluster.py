@@ -106,7 +106,7 @@ async def test_a_full_server_sends_observers_elsewhere(serve: Serve, tmp_path: P
         await engine.stop()
         await are_live(server, 0, within_s=10)
         async with person(server) as bob:
-            with pytest.raises(SignallingError, match=r"503 .*Watching is full"):
+            with pytest.raises(SignallingError, match=r"503 .*All places to watch are taken"):
                 await answered(bob)
 
 

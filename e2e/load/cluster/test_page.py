@@ -126,7 +126,7 @@ async def test_a_page_whose_tokens_have_expired_asks_for_others(
 
         await context.route("**/api/offer", late)
         viewer = await Viewer.at(context, server.url)
-        full = viewer.page.get_by_text("Watching is full").first
+        full = viewer.page.get_by_text("All places to watch are taken").first
         await full.wait_for(state="visible", timeout=10_000)
         await viewer.sees_picture(within_s=20)
         await eventually(viewer.says_connected, "the page says that it is connected")

@@ -42,7 +42,7 @@ _LATER: Final = (408, 425, 429)
 """Temporary refusals: the same event may be accepted later."""
 _WAITED_FOR: Final = (429, 503)
 _GONE: Final = 410
-_NO_NAME: Final = "no such name can be"
+_NO_NAME: Final = "such a name cannot exist"
 _BAD_REQUEST: Final = 400
 
 

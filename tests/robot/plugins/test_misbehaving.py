@@ -135,7 +135,7 @@ async def goes_on(server: Server, *, picture: bool = True) -> None:
 
 
 ENDED = "The driver process has ended ("
-BUILT = "The robot's driver cannot be built; retrying. robot.driver: "
+BUILT = "The robot's driver cannot be loaded; retrying. robot.driver: "
 HANGS = "The driver process does not answer; restarting it."
 NO_ANSWER = "The robot does not answer."
 SLOW = pytest.mark.full

@@ -341,7 +341,7 @@ def test_a_process_that_cannot_begin_says_so(log: Log) -> None:
     robot = ProcessDriver(settings, SystemClock(), kind="recorder", limits=Limits(0.6, 1.5))
     robot.open()
     until(lambda: robot.state().extra["driver_restarts"] >= 2)
-    assert "cannot be built; retrying. robot.driver: no.such:Robot" in str(robot.state().problem)
+    assert "cannot be loaded; retrying. robot.driver: no.such:Robot" in str(robot.state().problem)
     robot.close()
 
 

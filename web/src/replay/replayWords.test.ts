@@ -28,7 +28,7 @@ it("describes the operator's command and what became of it", () => {
   expect(commandWords(null)).toBe("no commands arrive");
   const steered = { linear_mps: 0, angular_rps: 0, reason: "too_old", limit: null } as Steered;
   expect(steeredWords(steered)).toBe(
-    "standing still (the operator reads “No fresh commands arrive: your connection is slow.”)",
+    "standing still (the operator reads “Your commands do not arrive in time: your connection is slow.”)",
   );
   expect(steeredWords({ ...steered, reason: "pressed" })).toBe("standing still (Stop is pressed)");
   expect(steeredWords({ ...steered, linear_mps: 0.4, reason: null, limit: "long_delay" })).toBe(

@@ -123,7 +123,7 @@ it("marks stops, faults and turns, and steps from one to the next", () => {
   expect(line.stopAt(6000)).toBeNull();
   expect(line.next(0)?.atMs).toBe(5000);
   expect(line.next(5000)?.words).toBe(
-    "Stopped by a fault: the operator reads “No fresh commands arrive: your connection is slow.”",
+    "Stopped by a fault: the operator reads “Your commands do not arrive in time: your connection is slow.”",
   );
   expect(line.previous(8000)?.atMs).toBe(5000);
   expect(line.previous(5000)).toBeNull();

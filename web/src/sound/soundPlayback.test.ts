@@ -184,7 +184,7 @@ it("stays with the browser's if the built-in player fails to load", async () => 
   expect(reconnect).not.toHaveBeenCalled();
   expect(changed).toHaveBeenLastCalledWith({
     by: "browser",
-    why: "the page's built-in player could not be loaded",
+    why: "WAX's own player could not be loaded",
   });
 });
 

@@ -258,7 +258,7 @@ describe("gauges", () => {
 
   it("show each number with its unit, and nothing over the picture while all is well", () => {
     tells({ gauges: { heat: 41.25 } });
-    expect(getByRole(body, "region", { name: "The robot" }).textContent).toContain("Motors41.3 °C");
+    expect(getByRole(body, "region", { name: "Readings" }).textContent).toContain("Motors41.3 °C");
     expect(body.querySelector("meter")?.getAttribute("value")).toBe("41.25");
     expect(chips()).toEqual([]);
   });

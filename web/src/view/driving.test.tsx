@@ -230,7 +230,9 @@ describe("driving", () => {
     act(() => {
       state.driveReason.value = { code: "drive.too_old" };
     });
-    expect(getByText(body, "No fresh commands arrive: your connection is slow.")).toBeTruthy();
+    expect(
+      getByText(body, "Your commands do not arrive in time: your connection is slow."),
+    ).toBeTruthy();
   });
 
   it("has a slider for each further axis", () => {

@@ -132,7 +132,7 @@ describe("the host's panel", () => {
 
   it("mutes a Stop, pauses the queue and ends only this turn", () => {
     showPeople();
-    act(() => within("Mute their Stop").click());
+    act(() => within("Ignore their Stop").click());
     act(() => getByRole(panel(), "switch", { name: "Pause the queue" }).click());
     act(() => within("End this turn…").click());
     act(() => within("End it").click());
@@ -267,7 +267,7 @@ describe("a message with an end", () => {
         field.dispatchEvent(new Event("input", { bubbles: true }));
       });
     write(getByRole<HTMLInputElement>(body, "textbox", { name: "Message to all" }), "Tea");
-    write(getByLabelText<HTMLInputElement>(body, "Until (if you like)"), time);
+    write(getByLabelText<HTMLInputElement>(body, "Until (optional)"), time);
     act(() => button("Show").click());
     expect(actions.actAsHost).toHaveBeenCalledWith({ type: "announce", text: "Tea", for_s });
   });

@@ -15,7 +15,7 @@ interface Named {
 }
 
 const { body } = document;
-const WAITS = /^This waits until your turn is over/;
+const WAITS = /^This part of the page loads after your turn/;
 
 let session: Session;
 let importPart: ReturnType<typeof vi.fn<() => Promise<FunctionComponent<Named>>>>;

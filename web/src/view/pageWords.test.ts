@@ -138,8 +138,8 @@ it("names what has a problem", () => {
   now.video.problem = says("there is no camera");
   now.audio.problem = says("the microphone was unplugged");
   expect(problemWords(now)).toEqual([
-    "Robot: it is not connected",
-    "Robot: a bumper is pressed",
+    "The robot is not connected",
+    "The robot's bumper is pressed",
     "Camera: there is no camera",
     "Microphone: the microphone was unplugged",
   ]);

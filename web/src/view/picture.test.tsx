@@ -379,7 +379,11 @@ it("names other sites' pages while the server is full", () => {
   const url = "https://watch.example.org/robot";
   act(() => {
     state.links.value = [url];
-    state.link.value = { is: "waiting", retryAtMs: 5000, reason: says("Watching is full.") };
+    state.link.value = {
+      is: "waiting",
+      retryAtMs: 5000,
+      reason: says("All places to watch are taken."),
+    };
   });
   expect(getByRole(body, "link", { name: url }).getAttribute("href")).toBe(url);
   act(() => {

@@ -13,7 +13,7 @@ function offer(getUserMedia: () => Promise<unknown>): void {
 
 it("needs HTTPS, and says what to do", async () => {
   vi.stubGlobal("isSecureContext", false);
-  expect(hindrance()).toMatch(/^A microphone needs HTTPS\. Open this page by https:/);
+  expect(hindrance()).toMatch(/^A microphone needs HTTPS\. Open this page with https:/);
   await expect(Microphone.open(() => {})).rejects.toThrow("needs HTTPS");
 });
 
