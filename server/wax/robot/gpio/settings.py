@@ -48,39 +48,40 @@ class GpioSettings(DriverSettings):
     """The pins of a mecanum base's motors, in place of left and right: this one's, and those of the
     next three."""
     front_right: Pins = []
-    """The motor in front on the right."""
+    """The pins of the motor in front on the right."""
     back_left: Pins = []
-    """The motor behind on the left."""
+    """The pins of the motor behind on the left."""
     back_right: Pins = []
-    """The motor behind on the right."""
+    """The pins of the motor behind on the right."""
     back: Pins = []
     """The pins of an omni base's third motor, which drives its back to the left."""
     pwm_hz: Annotated[float, Field(ge=20.0, le=10_000.0)] = 500.0
-    """The frequency of the motors' PWM, which gpiozero's pins make in software."""
+    """The frequency of the motors' PWM in hertz, which gpiozero's pins make in software."""
     full_speed_mps: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
-    """How fast a wheel turns at full voltage, measured. 0: as fast as the limits of [robot] ask
-    for."""
+    """The speed of a wheel at full voltage in metres a second, as measured. 0: as fast as the
+    limits of [robot] ask for."""
     dead_share: Annotated[float, Field(ge=0.0, le=0.9)] = 0.0
     """The share of the voltage below which the motors only hum."""
     servos: Annotated[dict[Name, Pin], Field(max_length=4)] = {}
     """The axes that servos turn, each with its pin: { pan = 18, tilt = 19 }."""
     servo_min_ms: Annotated[float, Field(ge=0.4, le=1.5)] = 1.0
-    """The pulse for an axis at -1."""
+    """The pulse in milliseconds for an axis at -1."""
     servo_max_ms: Annotated[float, Field(ge=1.5, le=2.6)] = 2.0
-    """The pulse for an axis at 1."""
+    """The pulse in milliseconds for an axis at 1."""
     left_encoder: EncoderPins = []
     """The left wheel's encoder: A and B, or only A, which counts in the direction that the motor is
     told. Empty: none."""
     right_encoder: EncoderPins = []
     """The right wheel's encoder; all wheels have one or none has."""
     front_left_encoder: EncoderPins = []
-    """The same of a mecanum base's wheels: this one, and the next three."""
+    """The encoders of a mecanum base's wheels, in place of left_encoder and right_encoder: this
+    one's, and those of the next three."""
     front_right_encoder: EncoderPins = []
-    """That of the wheel in front on the right."""
+    """The encoder of the wheel in front on the right."""
     back_left_encoder: EncoderPins = []
-    """That of the wheel behind on the left."""
+    """The encoder of the wheel behind on the left."""
     back_right_encoder: EncoderPins = []
-    """That of the wheel behind on the right."""
+    """The encoder of the wheel behind on the right."""
     back_encoder: EncoderPins = []
     """The encoder of an omni base's third wheel."""
     steps_per_m: Annotated[float, Field(gt=0.0, le=100_000.0)] = 1000.0
@@ -96,7 +97,7 @@ class GpioSettings(DriverSettings):
     """Whether a second process waits to clear the motors' pins when the driver's own has died: pins
     have no watchdog, and keep their last level."""
     reopen_s: Annotated[float, Field(ge=0.05, le=60.0)] = 1.0
-    """How long to wait before pins that failed are tried again."""
+    """Seconds before pins that failed are tried again."""
 
     @property
     def base(self) -> Base:

@@ -29,11 +29,11 @@ class MavlinkSettings(DriverSettings):
     """The line, as ground stations write it: a serial port, udpin:ADDRESS:PORT to listen there,
     udpout:ADDRESS:PORT or tcp:ADDRESS:PORT to go to the rover or its router."""
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
-    """For a serial port; telemetry radios have 57600."""
+    """Bits a second of a serial port; telemetry radios have 57600."""
     system: Annotated[int, Field(ge=1, le=255)] = 1
     """The rover's number, its SYSID_THISMAV; all others on the line are ignored."""
     own_system: Annotated[int, Field(ge=1, le=255)] = 255
-    """Our own number; the rover obeys only the one in its SYSID_MYGCS."""
+    """WAX's own number; the rover obeys only the one in its SYSID_MYGCS."""
     mode: Literal["guided", "manual", "acro"] = "guided"
     """The mode in which the rover must be. guided: speeds in m/s and rad/s, which the rover keeps
     by its own sensors (it needs a position, and has its own time-out); manual: throttle and
@@ -41,7 +41,7 @@ class MavlinkSettings(DriverSettings):
     the same, with the rover holding the turn rate. None moves an omni frame sideways: of our
     messages ArduPilot reads only throttle and steering, and of a velocity only its length."""
     failsafe_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
-    """After how long without us the rover must stop by itself. Its parameters (GUID_TIMEOUT,
+    """Seconds without WAX after which the rover must stop by itself. Its parameters (GUID_TIMEOUT,
     FS_GCS_ENABLE, FS_GCS_TIMEOUT, FS_TIMEOUT, FS_ACTION) are read at each connection; if they
     promise less, nobody drives. 0: nothing is demanded, only warned of."""
     signing_key: str = ""
@@ -49,14 +49,15 @@ class MavlinkSettings(DriverSettings):
     may read it (chmod 600). With a key, what is not signed with it is ignored. Empty: not
     signed."""
     command_hz: Annotated[float, Field(ge=LEAST_HZ, le=100.0)] = 50.0
-    """How often a set-point is sent at most, and repeated in motion. On a serial port, set-points
-    may fill 70 % of what baud lets through."""
+    """How many times a second a set-point is sent at most, and repeated in motion. On a serial
+    port, set-points may fill 70 % of what baud lets through."""
     telemetry_hz: Annotated[float, Field(ge=1.0, le=50.0)] = 10.0
-    """How often the rover is asked to tell its speed, attitude and position."""
+    """How many times a second the rover is asked to tell its speed, attitude and position."""
     moving_mps: Annotated[float, Field(ge=0.01, le=1.0)] = 0.1
-    """From which speed it counts as moving; satellites alone make some noise."""
+    """The speed in metres a second from which the rover counts as moving; satellites alone measure
+    it with noise."""
     reopen_s: Annotated[float, Field(ge=0.05, le=60.0)] = 0.5
-    """How long to wait before a line that was lost is opened again."""
+    """Seconds before a line that was lost is opened again."""
 
     @field_validator("url")
     @classmethod
