@@ -3,7 +3,7 @@
 import { pageSentence, type Saying, said } from "./words/said";
 
 /** The longest that a step of the browser's own may take; usually it takes milliseconds. */
-const STEP_MS = 4000;
+export const STEP_MS = 4000;
 
 /** The browser has not settled a promise in time; `saying` tells the user which. */
 export class Unsettled extends Error {

@@ -7,7 +7,8 @@ import { loadLaterEnglish } from "../words/words";
 import { cardWords, inTwo } from "./card";
 
 let state: State;
-const HELD = { isSqueezed: true, isReady: true };
+const HELD = { isThere: true, isSqueezed: true, isReady: true };
+const OPEN = { isThere: true, isSqueezed: false, isReady: false };
 
 beforeEach(async () => {
   await loadLaterEnglish();
@@ -28,8 +29,12 @@ describe("who drives reads", () => {
   });
 
   it("how to drive, until something is held", () => {
-    expect(cardWords(state, { isSqueezed: false, isReady: false }).next).toMatch(/^Squeeze a grip/);
-    expect(cardWords(state, HELD).next).toMatch(/^Squeeze a grip/);
+    expect(cardWords(state, OPEN).next).toMatch(/^Keep a grip button squeezed/);
+    expect(cardWords(state, HELD).next).toMatch(/^Keep a grip button squeezed/);
+  });
+
+  it("that bare hands cannot drive", () => {
+    expect(cardWords(state, { ...OPEN, isThere: false }).next).toMatch(/^Pick up a controller/);
   });
 
   it("that the sticks must rest before they count", () => {

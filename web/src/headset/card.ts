@@ -17,6 +17,8 @@ export interface CardWords {
 
 /** What the controllers say of themselves. */
 export interface Grip {
+  /** Whether there is a controller that can drive. */
+  isThere: boolean;
   isSqueezed: boolean;
   /** Whether the sticks move the robot: once they rested since the squeeze. */
   isReady: boolean;
@@ -35,11 +37,12 @@ export function cardWords(state: State, grip: Grip): CardWords {
   };
 }
 
-function next(state: State, { isSqueezed, isReady }: Grip): string | null {
+function next(state: State, { isThere, isSqueezed, isReady }: Grip): string | null {
   const answerIn = state.callSecondsLeft.value;
   if (answerIn !== null) return t("headset.answer", { seconds: answerIn });
   if (state.stopNumber.value !== null) return state.mayRelease.value ? t("headset.release") : null;
   if (state.drivingTurn.value === null) return null;
+  if (!isThere) return t("headset.no_controller");
   if (isSqueezed && !isReady) return t("headset.let_go");
   return state.isHolding.value ? said(state.driveReason.value) : t("headset.squeeze");
 }

@@ -28,7 +28,14 @@ function hand(
   };
 }
 
-const read = (...all: Controller[]) => new Controllers().read(all, response);
+/** Reads these hands after others that hold nothing. */
+function read(...all: Controller[]) {
+  const controllers = new Controllers();
+  const open = all.map(({ handedness }) => hand(handedness));
+  controllers.read(open, response, true);
+  controllers.read(open, response, true);
+  return controllers.read(all, response, true);
+}
 /** As `gamepad.ts` reads the pad, on a robot that moves sideways. */
 const reading = (...all: Controller[]) => {
   const settings = { ...loadPreferences(null).gamepad, ...response };
@@ -58,12 +65,44 @@ describe("the sticks", () => {
 
 describe("the dead-man", () => {
   it.each(["left", "right"] as const)("is the squeeze of the %s hand", (handedness) => {
-    expect(read(hand(handedness)).isSqueezed).toBe(false);
-    expect(read(hand(handedness, { pressed: [SQUEEZE] })).isSqueezed).toBe(true);
+    expect(read(hand(handedness)).isEnabling).toBe(false);
+    expect(read(hand(handedness, { pressed: [SQUEEZE] })).isEnabling).toBe(true);
+  });
+
+  const squeezed = [hand("left", { pressed: [SQUEEZE] }), hand("right")];
+  const open = [hand("left"), hand("right")];
+
+  it.each([
+    ["begins", []],
+    [
+      "could not be moved for a moment",
+      [
+        [open, true],
+        [squeezed, true],
+        [squeezed, false],
+      ],
+    ],
+    [
+      "had lost a controller",
+      [
+        [open, true],
+        [squeezed, true],
+        [[squeezed[0]], true],
+      ],
+    ],
+  ] as const)("needs a new squeeze when driving %s", (_, before) => {
+    const controllers = new Controllers();
+    for (const [all, mayMove] of before) controllers.read(all as Controller[], response, mayMove);
+    const now = (all: Controller[]) => controllers.read(all, response, true);
+    expect(now(squeezed)).toMatchObject({ isEnabling: false, isSqueezed: true });
+    expect(now(squeezed).isEnabling).toBe(false);
+    now(open);
+    expect(now(squeezed).isEnabling).toBe(true);
   });
 
   it("is not a controller's that has no button for Stop", () => {
-    expect(read(hand("right", { pressed: [SQUEEZE], buttons: 2 })).isSqueezed).toBe(false);
+    const bare = read(hand("right", { pressed: [SQUEEZE], buttons: 2 }), { handedness: "left" });
+    expect(bare).toMatchObject({ isThere: false, isSqueezed: false });
   });
 });
 
@@ -99,11 +138,12 @@ describe("the right stick with its trigger", () => {
 
   it("does not turn the robot when the trigger is released first", () => {
     const controllers = new Controllers();
+    const now = (one: Controller) => controllers.read([one], response, true);
     const say = (...pressed: number[]) =>
-      controllers.read([hand("right", { ...aside, pressed: [SQUEEZE, ...pressed] })], response);
+      now(hand("right", { ...aside, pressed: [SQUEEZE, ...pressed] }));
     say(TRIGGER);
     expect(say().pad.axes[2]).toBe(0);
-    controllers.read([hand("right", { pressed: [SQUEEZE] })], response);
+    now(hand("right", { pressed: [SQUEEZE] }));
     expect(say().pad.axes[2]).toBe(-1);
     expect(say().pan).toBeNull();
   });

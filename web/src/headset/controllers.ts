@@ -17,8 +17,16 @@ const STANDARD = { a: 0, stop: 1, x: 2, count: 17 };
 export interface Hands {
   /** As a standard gamepad: the left stick, the right one unless it pans, A, X and Stop. */
   pad: Pad;
-  /** Whether the dead-man is held, by either hand. */
+  /** Whether there is a controller that can drive. */
+  isThere: boolean;
+  /** The hands that press their Stop. */
+  stops: ReadonlySet<XRHandedness>;
+  /** Whether a trigger is pressed. */
+  isTriggered: boolean;
+  /** Whether a grip is squeezed. */
   isSqueezed: boolean;
+  /** Whether that is the dead-man: only if both grips were open since the robot may be moved. */
+  isEnabling: boolean;
   /** Where the right stick pushes the camera; null while it turns the robot. */
   pan: { left: number; up: number } | null;
 }
@@ -29,8 +37,11 @@ export interface Hands {
  */
 export class Controllers {
   #isPanning = false;
+  #wasOpen = false;
+  #there = "";
 
-  read(all: Iterable<Controller>, response: Response): Hands {
+  /** `mayMove` is whether the robot may be moved now. */
+  read(all: Iterable<Controller>, response: Response, mayMove: boolean): Hands {
     const hands: { left?: Pad; right?: Pad } = {};
     for (const { handedness, gamepad } of all) {
       // One that has no button left for Stop, as a bare hand, does not drive.
@@ -38,29 +49,45 @@ export class Controllers {
       if (isWhole && handedness !== "none") hands[handedness] = gamepad;
     }
     const { left, right } = hands;
-    const stops = [left, right].some((hand) => hand && isPressed(hand, stopOf(hand)));
-    const isSqueezed = isPressed(left, SQUEEZE) || isPressed(right, SQUEEZE);
+    const both = [left, right].filter((hand) => hand !== undefined);
+    const there = Object.keys(hands).sort().join();
+    const stops = new Set(
+      (["left", "right"] as const).filter((side) => {
+        const hand = hands[side];
+        return hand && isPressed(hand, stopOf(hand));
+      }),
+    );
+    const isSqueezed = both.some((hand) => isPressed(hand, SQUEEZE));
+    // One that comes back may be pushed: it is as if all were taken anew.
+    if (!mayMove || there !== this.#there) this.#wasOpen = false;
+    else this.#wasOpen ||= !isSqueezed;
+    this.#there = there;
+    const isEnabling = isSqueezed && this.#wasOpen;
     const turning = stickOf(right);
     const isAside = turning.some((value) => shapedAxis(value, response) !== 0);
     this.#isPanning = isPressed(right, TRIGGER) || (this.#isPanning && isAside);
     const [across = 0, along = 0] = turning.map((value) => shapedAxis(value, response));
     const buttons = Array.from({ length: STANDARD.count }, (_, at) => {
       const pressed =
-        (at === STANDARD.stop && stops) ||
+        (at === STANDARD.stop && stops.size > 0) ||
         (at === STANDARD.a && isOwn(right) && isPressed(right, LOWER)) ||
         (at === STANDARD.x && isOwn(left) && isPressed(left, LOWER));
       return { pressed, value: Number(pressed) };
     });
-    const said = [left, right].flatMap((hand) => [
-      ...(hand?.axes ?? []),
-      ...(hand?.buttons.map(({ value }) => value) ?? []),
+    const said = both.flatMap(({ axes, buttons: own }) => [
+      ...axes,
+      ...own.map(({ value }) => value),
     ]);
     const sticks = [...stickOf(left), ...(this.#isPanning ? [0, 0] : turning)];
     return {
       // The rest is not read, and shows that the controllers are alive (`padRest.ts`).
       pad: { id: "headset", mapping: "standard", axes: [...sticks, ...said], buttons },
+      isThere: both.length > 0,
+      stops,
+      isTriggered: both.some((hand) => isPressed(hand, TRIGGER)),
       isSqueezed,
-      pan: this.#isPanning && isSqueezed ? { left: 0 - across, up: 0 - along } : null,
+      isEnabling,
+      pan: this.#isPanning && isEnabling ? { left: 0 - across, up: 0 - along } : null,
     };
   }
 }

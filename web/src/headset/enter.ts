@@ -9,8 +9,9 @@
 
 import { effect, signal } from "@preact/signals";
 import type { Session } from "../actions";
-import { watchFrames } from "../measure/picture";
+import { tellsFrames, watchFrames } from "../measure/picture";
 import { isLive } from "../view/live";
+import { within } from "../within";
 import { CARD, cardWords, paint } from "./card";
 import { listenHands } from "./listenHands";
 import { halfHeightDeg, meshOf } from "./mesh";
@@ -32,16 +33,23 @@ const LOWEST_DEG = 28;
 /** Enters; must be called in a click. Throws what the browser answers if it does not let us. */
 export async function enterHeadset(page: Session, xr: XRSystem): Promise<void> {
   const session = await xr.requestSession("immersive-vr");
+  let isOver = false;
+  session.addEventListener("end", () => {
+    isOver = true;
+  });
   try {
-    await run(page, session);
+    const asking = session.requestReferenceSpace("local");
+    const space = await within("XRSession.requestReferenceSpace", asking);
+    if (isOver) throw new Error("the session has ended");
+    run(page, session, space);
     inHeadset.value = session;
   } catch (error) {
-    await session.end().catch(() => {});
+    void session.end().catch(() => {});
     throw error;
   }
 }
 
-async function run(page: Session, session: XRSession): Promise<void> {
+function run(page: Session, session: XRSession, space: XRReferenceSpace): void {
   const { state } = page;
   const gl = document.createElement("canvas").getContext("webgl", {
     xrCompatible: true,
@@ -50,12 +58,15 @@ async function run(page: Session, session: XRSession): Promise<void> {
   if (!gl) throw new Error("no WebGL");
   const layer = new XRWebGLLayer(session, gl);
   const scene = new Scene(gl);
-  await session.updateRenderState({ baseLayer: layer });
-  const space = await session.requestReferenceSpace("local");
+  void session.updateRenderState({ baseLayer: layer });
   const ending = new AbortController();
   const { signal: ended } = ending;
 
-  const { seen, hold } = listenHands(page, session, ended);
+  const { seen, grip, frame: follow } = listenHands(page, session, ended);
+  session.addEventListener("end", () => {
+    inHeadset.value = null;
+    ending.abort();
+  });
   const sheets = [new Sheet(gl), new Sheet(gl), new Sheet(gl)] as const;
   const [driving, beside, card] = sheets;
   const films = { driving: new Film(driving), beside: new Film(beside) };
@@ -63,12 +74,13 @@ async function run(page: Session, session: XRSession): Promise<void> {
   const canvas = Object.assign(document.createElement("canvas"), CARD).getContext("2d");
   let painted = "";
   const unwatch = effect(() => {
-    const words = cardWords(state, hold.grip.value);
+    const words = cardWords(state, grip.value);
     if (!canvas || JSON.stringify(words) === painted) return;
     painted = JSON.stringify(words);
     paint(canvas, words);
     card.show(canvas.canvas);
   });
+  ended.addEventListener("abort", unwatch);
 
   let arranged = "";
   const arrange = (aspect: number | null, asideAspect: number | null) => {
@@ -92,12 +104,9 @@ async function run(page: Session, session: XRSession): Promise<void> {
     card.shape(meshOf({ ...words, pitchDeg: -below }));
   };
 
-  let lastMs = performance.now();
   const onFrame: XRFrameRequestCallback = (_, frame) => {
     session.requestAnimationFrame(onFrame);
-    const nowMs = performance.now();
-    hold.frame((nowMs - lastMs) / 1000);
-    lastMs = nowMs;
+    follow();
     const { preferences, large, staleCameras, cameras, isBlanked } = state;
     const isShown = preferences.peek().picture && !isBlanked.peek();
     const other = large.peek() ?? 0;
@@ -108,19 +117,19 @@ async function run(page: Session, session: XRSession): Promise<void> {
     driving.isLive = isLive(state);
     beside.isLive = !staleCameras.peek().has(other);
     const pose = frame.getViewerPose(space);
-    if (!pose) return;
+    // Nothing is seen now; after a moment of it nothing is held (`sessionWindow.ts`).
+    if (!pose || gl.isContextLost()) return;
     scene.draw(layer, pose.views, sheets);
     seen.drawn();
   };
   const end = () => void session.end().catch(() => {});
   gl.canvas.addEventListener("webglcontextlost", end, { signal: ended });
-  const unended = state.ended.subscribe((why) => why && end());
-  session.addEventListener("end", () => {
-    inHeadset.value = null;
+  ended.addEventListener(
+    "abort",
+    state.ended.subscribe((why) => why && end()),
+  );
+  ended.addEventListener("abort", () => {
     for (const film of Object.values(films)) film.follow(null);
-    unwatch();
-    unended();
-    ending.abort();
   });
   session.requestAnimationFrame(onFrame);
 }
@@ -145,7 +154,8 @@ class Film {
       this.#unwatch = video ? watchFrames(video, { presented }, () => undefined) : () => {};
     }
     if (!video || video.videoWidth === 0) return null;
-    if (this.#isNew) this.sheet.show(video);
+    // Where a browser does not tell, each of its frames may be new.
+    if (this.#isNew || !tellsFrames()) this.sheet.show(video);
     this.#isNew = false;
     return video.videoWidth / video.videoHeight;
   }

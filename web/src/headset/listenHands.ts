@@ -1,6 +1,6 @@
 /** What a headset's controllers do, and what ends it; how they are read: `controllers.ts`. */
 
-import { signal } from "@preact/signals";
+import { type ReadonlySignal, signal } from "@preact/signals";
 import type { Session } from "../actions";
 import { GamepadInput } from "../drive/gamepad";
 import { listenLetGo } from "../drive/letGo";
@@ -11,16 +11,27 @@ import { type Controller, Controllers } from "./controllers";
 import { Pan } from "./pan";
 import { SessionWindow } from "./sessionWindow";
 
+/** The left stick moves, the right one turns. */
+const HANDS = { turn: "right", planarTurn: "right", triggers: false } as const;
+
 type Page = Pick<Session, "state" | "actions">;
 type Worn = Pick<XRSession, "visibilityState" | "addEventListener"> & {
   readonly inputSources: Iterable<Controller>;
 };
 
-/** The left stick moves, the right one turns. */
-const HANDS = { turn: "right", planarTurn: "right", triggers: false } as const;
+export interface Listening {
+  seen: SessionWindow;
+  grip: ReadonlySignal<Grip>;
+  /** To be called in each frame, before it is drawn: only in frames do browsers read controllers. */
+  frame: () => void;
+}
 
 /** Listens to the controllers, and to what ends input. */
-export function listenHands({ state, actions }: Page, session: Worn, ended: AbortSignal) {
+export function listenHands(
+  { state, actions }: Page,
+  session: Worn,
+  ended: AbortSignal,
+): Listening {
   const controllers = new Controllers();
   let chosen = state.preferences.peek().gamepad;
   let settings: PadSettings = { ...chosen, ...HANDS };
@@ -29,24 +40,29 @@ export function listenHands({ state, actions }: Page, session: Worn, ended: Abor
     if (now !== chosen) [chosen, settings] = [now, { ...now, ...HANDS }];
     return settings;
   };
-  const read = () => controllers.read(session.inputSources, settingsNow());
-  let hands = read();
-  const seen = new SessionWindow(session, () => {
-    hands = read();
-    return hands.pad;
-  });
-  const grip = signal<Grip>({ isSqueezed: false, isReady: false });
+  const seen = new SessionWindow(session, () => read().pad);
+  const read = () => {
+    const mayMove = state.mayMove.peek() && !seen.document.hidden;
+    hands = controllers.read(session.inputSources, settingsNow(), mayMove);
+    return hands;
+  };
+  let hands = controllers.read(session.inputSources, settings, false);
+  let last = hands;
+  const grip = signal<Grip>({ isThere: hands.isThere, isSqueezed: false, isReady: false });
   const pan = new Pan(state, actions);
 
   listenLetGo(seen.asWindow, { letGo: actions.letGo, lift: () => false, signal: ended });
   // Another gamepad would move the robot without the dead-man.
-  actions.useGamepad(null);
+  const refusing = state.pads.subscribe(({ chosen }) => {
+    if (chosen !== null) actions.useGamepad(null);
+  });
+  ended.addEventListener("abort", refusing);
   actions.enlarge(null);
   const input = new GamepadInput(seen.asWindow, {
     input: {
       // The dead-man: without it nothing is held, and the sticks must have rested since.
       get isEnabled() {
-        return state.mayMove.peek() && hands.isSqueezed;
+        return hands.isEnabling;
       },
       release: actions.release,
       deflect: actions.deflect,
@@ -60,32 +76,54 @@ export function listenHands({ state, actions }: Page, session: Worn, ended: Abor
     controls: () => state.usableControls.peek(),
     settings: settingsNow,
     movesSideways: () => state.movesSideways.peek(),
-    // Who watches can press Stop, too.
-    isDriving: () => state.mayStop.peek(),
-    stop: actions.stop,
+    // Each hand has a Stop of its own, which a gamepad has not: see `frame`.
+    isDriving: () => false,
+    stop: () => {},
     toggleSpeed: () =>
       actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow"),
     changed: ({ isReady }) => {
       grip.value = { ...grip.peek(), isReady };
+      if (!isReady) pan.push(null, 0);
     },
     tell: () => {},
   });
   input.listen(ended);
   input.use(0);
 
-  let release: ReturnType<typeof setTimeout> | undefined;
-  const isStopped = () => state.stopNumber.peek() !== null && state.mayRelease.peek();
-  session.addEventListener("selectstart", () => {
+  const answer = () => {
     if (state.callSecondsLeft.peek() !== null) actions.answerCall();
-    if (isStopped()) release = setTimeout(() => isStopped() && actions.releaseStop(), HOLD_MS);
-  });
-  for (const type of ["selectend", "visibilitychange", "end"]) {
-    session.addEventListener(type, () => clearTimeout(release));
-  }
-  const frame = (seconds: number) => {
-    const { isSqueezed } = hands;
-    if (isSqueezed !== grip.peek().isSqueezed) grip.value = { ...grip.peek(), isSqueezed };
-    pan.push(grip.peek().isReady ? hands.pan : null, seconds);
   };
-  return { seen, hold: { grip, frame } };
+  session.addEventListener("selectstart", answer);
+
+  /** The Stop in force when a trigger was pressed, and when that was. */
+  let releasing: { stop: number; sinceMs: number } | null = null;
+  const holdToRelease = (nowMs: number) => {
+    const stop = state.mayRelease.peek() ? state.stopNumber.peek() : null;
+    if (!hands.isTriggered || stop === null) releasing = null;
+    else if (!last.isTriggered) releasing = { stop, sinceMs: nowMs };
+    // What was held unseen, or for another Stop, does not count.
+    if (seen.document.hidden || releasing?.stop !== stop) releasing = null;
+    if (!releasing || nowMs - releasing.sinceMs < HOLD_MS) return;
+    releasing = null;
+    actions.releaseStop();
+  };
+
+  let frameMs = performance.now();
+  const frame = () => {
+    const nowMs = performance.now();
+    read();
+    // Whoever watches can press Stop, too; one that is held does not keep the other from it.
+    const isPressed = [...hands.stops].some((hand) => !last.stops.has(hand));
+    if (isPressed && state.mayStop.peek()) actions.stop();
+    holdToRelease(nowMs);
+    const { isThere, isSqueezed } = hands;
+    const before = grip.peek();
+    if (isThere !== before.isThere || isSqueezed !== before.isSqueezed)
+      grip.value = { ...before, isThere, isSqueezed };
+    // A late frame does not make up for those that were not seen.
+    const seconds = seen.document.hidden ? 0 : (nowMs - frameMs) / 1000;
+    pan.push(before.isReady ? hands.pan : null, seconds);
+    [last, frameMs] = [hands, nowMs];
+  };
+  return { seen, grip, frame };
 }

@@ -1,5 +1,6 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
+import { STEP_MS } from "../within";
 import { t } from "../words/words";
 import { useSession } from "./context";
 
@@ -27,11 +28,19 @@ export function Headset() {
 
   const toggle = async () => {
     isRefused.value = false;
+    const refuse = () => {
+      isRefused.value = true;
+    };
+    // It may still start: the browser may be asking whoever has it on.
+    const waiting = setTimeout(refuse, STEP_MS);
     try {
       if (inHeadset.peek()) await inHeadset.peek()?.end();
       else await enterHeadset(session, xr);
+      isRefused.value = false;
     } catch {
-      isRefused.value = true;
+      refuse();
+    } finally {
+      clearTimeout(waiting);
     }
   };
   return (

@@ -31,6 +31,13 @@ const settle = () =>
   });
 const button = () => queryByRole(body, "button", { name: "Headset" });
 
+/** One that starts, but for these. */
+function session(more: Partial<XRSession> = {}): XRSession {
+  const requestReferenceSpace = async () => ({});
+  const rest = { requestReferenceSpace, updateRenderState: vi.fn(), end: vi.fn(async () => {}) };
+  return Object.assign(new EventTarget(), rest, more) as unknown as XRSession;
+}
+
 async function show(): Promise<void> {
   draw(testSession(), <Headset />);
   await settle();
@@ -57,12 +64,38 @@ it("says what to do when the browser does not let the page in", async () => {
   act(() => button()?.click());
   await settle();
   expect(requestSession).toHaveBeenCalledWith("immersive-vr");
-  expect(getByRole(body, "alert").textContent).toMatch(/^The headset did not start\./);
+  expect(getByRole(body, "alert").textContent).toMatch(/^The headset has not started\./);
+});
+
+it("says the same while the browser does not answer", async () => {
+  await show();
+  vi.useFakeTimers();
+  requestSession.mockReturnValue(new Promise(() => {}));
+  act(() => button()?.click());
+  expect(queryByRole(body, "alert")).toBeNull();
+  act(() => void vi.advanceTimersByTime(4000));
+  expect(getByRole(body, "alert").textContent).toMatch(/^The headset has not started\./);
+  vi.useRealTimers();
+});
+
+it("does not enter a session that ended before it began", async () => {
+  const over = session({
+    requestReferenceSpace: async () => {
+      over.dispatchEvent(new Event("end"));
+      return {} as XRReferenceSpace;
+    },
+  });
+  requestSession.mockResolvedValue(over);
+  await show();
+  act(() => button()?.click());
+  await settle();
+  expect(button()).not.toBeNull();
+  expect(over.updateRenderState).not.toHaveBeenCalled();
 });
 
 it("leaves a session that it cannot draw", async () => {
-  const end = vi.fn(async () => {});
-  requestSession.mockResolvedValue({ end } as Partial<XRSession> as XRSession);
+  const { end } = session();
+  requestSession.mockResolvedValue(session({ end }));
   await show();
   act(() => button()?.click());
   await settle();
