@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Ended, Operated, StateOut } from "../messages";
+import type { DriveIn, Ended, Operated, StateOut } from "../messages";
 import { hello, sentToRoom } from "../testing/messages";
 import { type Saying, says } from "../words/said";
 import { Link, type LinkState } from "./link";
@@ -79,6 +79,7 @@ beforeEach(() => {
 
 afterEach(() => {
   link.close();
+  vi.unstubAllGlobals();
 });
 
 function peer() {
@@ -388,6 +389,40 @@ describe("a peer that has fallen silent", () => {
     expect(peer()).toBe(tried);
     expect(tried.isClosed).toBe(false);
   });
+});
+
+it("keeps room for pings while there is no network, but sends what is urgent", () => {
+  const sendAll = () => {
+    link.sendDrive(command);
+    link.sendDrive(command, true);
+    return peer()
+      .sent.splice(0)
+      .filter(({ type }) => type === "drive").length;
+  };
+  const command: DriveIn = {
+    type: "drive",
+    seq: 1,
+    turn: 1,
+    sent_server_ms: 0,
+    linear: 1,
+    angular: 0,
+    held: true,
+    speed: "slow",
+    seen_server_ms: null,
+    beat: null,
+  };
+  open();
+  vi.stubGlobal("navigator", { onLine: false });
+  expect(sendAll()).toBe(2); // not silent: the server may be on this machine
+  silence(performance.now() + 400);
+  expect(
+    peer()
+      .sent.splice(0)
+      .some(({ type }) => type === "ping"),
+  ).toBe(true);
+  expect(sendAll()).toBe(1);
+  vi.stubGlobal("navigator", { onLine: true });
+  expect(sendAll()).toBe(2); // a stall, and not the way to the server
 });
 
 describe("when the network has changed", () => {
