@@ -119,6 +119,18 @@ def test_another_link_is_found_out_anew() -> None:
     assert line.run(2.0, 4000) >= 58
 
 
+def test_another_links_first_picture_waits_for_nothing() -> None:
+    """What was lost in between is repeated first, and would take long at the assumed rate."""
+    line = Line(20e6)
+    line.run(2.0, 1000)
+    line.control.reset()
+    for _ in range(20):
+        line.packet(1000)
+    assert line.control.free_in_s(None, line.now_s) == 0.0
+    line.control.plan_train(500, line.now_s)
+    assert line.control.free_in_s(None, line.now_s) > 0.5
+
+
 def test_another_link_has_the_feedback_that_was_agreed() -> None:
     """On the new link a browser without feedback is not waited for either."""
     control = SenderSideControl(lambda _estimate, _now_s: None)

@@ -59,11 +59,13 @@ class SenderSideControl(CongestionControl):
         self._budget = UploadBudget(0) if budget is None else budget
         self._has_feedback: dict[Kind, bool] = {}
         self.reset()
+        self._is_another_link = False
 
     def reset(self) -> None:
         """Forget everything about the link, because the viewer has moved to another one."""
         self._sampling = FeedbackSampling()
         self._trained_s = float("-inf")
+        self._is_another_link = True
         self._estimator = LinkEstimator()
         self._pacer = Pacer(STARTING_RATE_BPS)
         self._updated_s = float("-inf")
@@ -137,6 +139,8 @@ class SenderSideControl(CongestionControl):
         return self._sampling.requests_feedback(train, now_s)
 
     def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
+        if self._is_another_link:
+            return 0.0  # only its first picture tells what it carries
         wait_s = self._pacer.free_in_s(now_s)
         if self._is_stuck(unreported_s):
             # More packets behind those in flight would only delay the sound.
@@ -148,7 +152,7 @@ class SenderSideControl(CongestionControl):
         return self._pacer.free_in_s(now_s) <= PACKET_BITS / self._pacer.rate_bps
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
-        self._trained_s = now_s
+        self._trained_s, self._is_another_link = now_s, False
         return self._estimator.plan_train(size_bytes, now_s)
 
     @property
