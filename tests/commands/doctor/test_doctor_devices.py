@@ -84,7 +84,9 @@ def test_a_camera_is_closed_after_its_failure() -> None:
 def test_a_microphone_is_heard() -> None:
     """Sound is ok, a constant is a warning, and a missing microphone is bad."""
     assert _microphone("testcard") == ok("The microphone testcard gives sound, in mono.")
-    assert "in stereo" in _microphone("robot").sentence
+    for source in ("robot", "auto"):
+        heard = _microphone(source)
+        assert heard == ok("The microphone of the robot gives sound, in stereo."), source
     deaf = _microphone("tests.commands.doctor.sources:DeafOnTheLeft")
     assert (deaf.level, "The left channel" in deaf.sentence) == ("warning", True)
     muted = _microphone("tests.commands.doctor.sources:Muted")

@@ -86,7 +86,7 @@ def _delivers(settings: Settings, what: str, name: str) -> Verdict:
             first = source.read()
             took_s = time.monotonic() - began_s
             if name == "auto":
-                name = str(getattr(source, "name", "of the robot"))
+                name = _shown(getattr(source, "name", "robot"))
             if isinstance(first, Picture):
                 if not _is_dated(source, first):
                     return warning(
@@ -125,7 +125,9 @@ def _sources(settings: Settings, what: str) -> Sources:
 
 
 def _shown(source: str) -> str:
-    """Return a source's name without a password."""
+    """Return a source's name as a sentence has it, without a password."""
+    if source == "robot":
+        return "of the robot"
     return shown_name(source) if is_network(source) else source
 
 
