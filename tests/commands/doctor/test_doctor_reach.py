@@ -100,8 +100,9 @@ def test_a_page_below_a_path_is_looked_for_there() -> None:
 
 async def test_what_is_no_server_of_ours_is_told() -> None:
     """A closed port, an unknown name, a proxy's error and a foreign page are told apart."""
-    nobody = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{free_port()}")
-    assert (nobody.level, "Nobody listens" in nobody.sentence) == ("bad", True)
+    for look in (reach.page, reach.viewer):
+        nobody = await asyncio.to_thread(look, f"http://127.0.0.1:{free_port()}")
+        assert (nobody.level, "Nobody listens" in nobody.sentence) == ("bad", True), nobody
     nameless = await asyncio.to_thread(reach.page, "https://no.such.host.invalid")
     assert (nameless.level, "The name no.such.host.invalid" in nameless.sentence) == ("bad", True)
 

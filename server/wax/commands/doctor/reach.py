@@ -150,4 +150,5 @@ async def _watch(url: str) -> Verdict:
     except SignallingError as error:
         return bad(f"The server lets no viewer in: {error}.", "See the log of the server.")
     except OSError as error:
-        return bad(f"The server cannot be asked: {error}.", "See the page's verdict above.")
+        why = await asyncio.to_thread(_why, url, error)
+        return bad(f"The server cannot be asked. {why}", "See the page's verdict above.")
