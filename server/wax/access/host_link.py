@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax import state_dir
-from wax.errors import StateError
+from wax.errors import StateError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -96,8 +96,8 @@ def request_links(folder: Path) -> list[str]:
                 links = lines.read(_MAX_CHARS).split()
     except (OSError, AttributeError) as error:
         raise StateError(
-            f"{folder / SOCKET}: no server answers ({error}); is it running, as this user and with"
-            " this configuration?"
+            f"{folder / SOCKET}: no server answers ({reason_of(error)}); is it running, as this"
+            " user and with this configuration?"
         ) from error
     if not links:
         raise StateError(f"{folder / SOCKET}: the server sent nothing; see its log")
