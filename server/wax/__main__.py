@@ -353,7 +353,7 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         " while it records. Times are in UTC.",
     )
     tape.add_argument("--folder", type=Path, metavar="DIR", help="if it is not as configured")
-    acts = tape.add_subparsers(dest="act", metavar="ACT", required=True)
+    acts = tape.add_subparsers(dest="act", required=True)
     acts.add_parser("list", help="show what there is")
     keep = acts.add_parser("keep", help="keep parts until somebody deletes them")
     keep.add_argument("names", nargs="+", metavar="NAME", help="as `wax tape list` has them")
@@ -416,7 +416,7 @@ def _add_hook(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         help="try whether [[hook]] reaches those who are to be told of events",
         description="Try the receivers of events, or describe the events.",
     )
-    acts = hook.add_subparsers(dest="act", metavar="ACT", required=True)
+    acts = hook.add_subparsers(dest="act", required=True)
     acts.add_parser("test", help="send each a sample, and say what came back")
     acts.add_parser("schema", help="print the JSON Schema of all events")
     _takes_config(hook, *acts.choices.values())
