@@ -120,9 +120,7 @@ export function listenHands(
     const before = grip.peek();
     if (isThere !== before.isThere || isSqueezed !== before.isSqueezed)
       grip.value = { ...before, isThere, isSqueezed };
-    // A late frame does not make up for those that were not seen.
-    const seconds = seen.document.hidden ? 0 : (nowMs - frameMs) / 1000;
-    pan.push(before.isReady ? hands.pan : null, seconds);
+    pan.push(before.isReady ? hands.pan : null, (nowMs - frameMs) / 1000);
     [last, frameMs] = [hands, nowMs];
   };
   return { seen, grip, frame };

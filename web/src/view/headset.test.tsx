@@ -78,21 +78,6 @@ it("says the same while the browser does not answer", async () => {
   vi.useRealTimers();
 });
 
-it("does not enter a session that ended before it began", async () => {
-  const over = session({
-    requestReferenceSpace: async () => {
-      over.dispatchEvent(new Event("end"));
-      return {} as XRReferenceSpace;
-    },
-  });
-  requestSession.mockResolvedValue(over);
-  await show();
-  act(() => button()?.click());
-  await settle();
-  expect(button()).not.toBeNull();
-  expect(over.updateRenderState).not.toHaveBeenCalled();
-});
-
 it("leaves a session that it cannot draw", async () => {
   const { end } = session();
   requestSession.mockResolvedValue(session({ end }));
