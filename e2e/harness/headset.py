@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from e2e.measure.errors import NotRunError
 from e2e.measure.suite import ROOT
@@ -18,7 +18,7 @@ waxHeadset.installRuntime({ forceInstall: true });
 """
 _SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
 """A frame, and a reading of the controllers every 50 ms; by the page's timers, as it reads them."""
-SMALL: Final = {"viewport": {"width": 800, "height": 600}}
+SMALL: Final[dict[str, Any]] = {"viewport": {"width": 800, "height": 600}}
 """A window of which a processor without graphics draws each frame in time, as a headset does."""
 STOPS: Final = {"left": "y-button", "right": "b-button"}
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from playwright.async_api import async_playwright
 
 from e2e.harness.chromium import launch_chromium
-from e2e.harness.headset import EmulatedHeadset, worn
+from e2e.harness.headset import SMALL, EmulatedHeadset, worn
 from e2e.harness.page_clock import page_clock
 from e2e.harness.viewer import Viewer
 from e2e.measure.errors import MeasureError
@@ -103,7 +103,7 @@ async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
 async def headset(scene: Scene) -> AsyncIterator[None]:
     """Let somebody drive who wears a headset."""
     async with async_playwright() as playwright, await launch_chromium(playwright) as browser:
-        context = await browser.new_context()
+        context = await browser.new_context(**SMALL)
         await context.add_init_script(worn())
         viewer = await Viewer.at(context, scene.stage.server.url)
         await viewer.sees_picture()
