@@ -12,7 +12,7 @@ from wax.capture.undated import undated
     [
         ("http://me:secret@cam/snapshot.jpg?token=t", "http://cam/snapshot.jpg, because"),
         ("rtsp://me:secret@cam/live", "Set a constant frame rate"),
-        ("robot", "synchronize its clock"),
+        ("robot", "synchronise its clock"),
         ("tests.commands.doctor.sources:Undated", "within_s with each Picture"),
         ("still.png", "name a camera of 'wax devices'"),
     ],

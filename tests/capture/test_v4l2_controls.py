@@ -145,7 +145,7 @@ def test_a_device_without_v4l2_is_a_sentence(node: str) -> None:
     """A file has no controls, and the error for a missing device says so."""
     with pytest.raises(SourceError, match="no control brightness; it has: –"):
         set_controls(node, {"brightness": 1})
-    with pytest.raises(SourceError, match="cannot be reached, which takes V4L2"):
+    with pytest.raises(SourceError, match="cannot be set, which takes V4L2"):
         set_controls(f"{node}1", {"brightness": 1})
     assert list_controls(node) == list_controls(f"{node}1") == []
     set_controls(f"{node}1", {})

@@ -543,7 +543,7 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
     events = Events()
     peer = peer_of(network(), events, congestion=CongestionControl())
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]
-    with pytest.raises(SignallingError, match="cannot be answered"):
+    with pytest.raises(SignallingError, match="cannot answer"):
         await peer.answer("\r\n".join(["v=0", *sections]))
     assert not peer.is_alive
     assert events.seen == [("closed", None)]

@@ -132,7 +132,7 @@ def test_a_guest_gets_in_while_all_are_silent() -> None:
     for number in range(8):
         room.ask(f"early {number}", 0.0)
     _fill(room, MOST_SILENT - 8, 0.125)
-    with pytest.raises(FullError, match="in a moment"):
+    with pytest.raises(FullError, match="come in shortly"):
         room.ask("guest", 2.99)
     room.join("guest", 3.13)
     assert room.yielded == [1]
@@ -155,7 +155,7 @@ def test_an_embed_that_must_wait_uses_up_nothing() -> None:
     for number in range(8):
         room.ask(f"{number}", 0.0)
     for _ in range(10):
-        with pytest.raises(FullError, match="in a moment"):
+        with pytest.raises(FullError, match="come in shortly"):
             room.ask("frame", 0.0, is_embed=True)
     room.join("frame", 0.25, is_embed=True)
 
@@ -165,7 +165,7 @@ def test_answers_are_spread() -> None:
     room = Room()
     for number in range(8):
         room.ask(f"{number}", 0.0)
-    with pytest.raises(FullError, match="in a moment"):
+    with pytest.raises(FullError, match="come in shortly"):
         room.ask("8", 0.0)
     room.ask("8", 0.125)
 
@@ -174,7 +174,7 @@ def test_the_host_always_gets_in() -> None:
     """However many places are taken or silent; but with a bounded number of pages."""
     room = Room(most=40)
     _fill(room, 20)
-    with pytest.raises(FullError, match="in a moment"):
+    with pytest.raises(FullError, match="come in shortly"):
         room.ask("guest", 2.5)
     room.join("host", 2.5, is_host=True)
     for number in range(20):
@@ -331,7 +331,7 @@ def test_a_connection_clears_its_address() -> None:
         room.ask(f"{number}", 0.0)
     first = room.ask("0", 10.0)
     room.ask("1", 10.0)
-    with pytest.raises(FullError, match="in a moment"):
+    with pytest.raises(FullError, match="come in shortly"):
         room.ask("2", 12.0)
     room.capacity.connected(first)
     room.ask("2", 12.0)
