@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from gpiozero import Device
 from gpiozero.pins.mock import MockFactory, MockPWMPin
+from tests.dataset.driven_tape import commanded, steered
 from tests.free_port import free_port
 from tests.hooks.receiver import secret_file
 from tests.turned_clock import TurnedClock
@@ -28,7 +29,6 @@ from wax.clock import SystemClock
 from wax.commands.hook.command import hook_test
 from wax.config import settings as config
 from wax.driver.interface import HasControls
-from wax.protocol.tape_events import Commanded, Steered
 from wax.robot.build_driver import make_driver
 from wax.robot.check_controls import check_controls
 from wax.tape.event_file import EventFile
@@ -168,9 +168,9 @@ def test_a_reader_tells_how_far_turns_went(
     tape = EventFile(path, origin_s=10.0, zero_ns=10**18)
     turns = [(3, 0.5, 0.0, 10.0), (3, 0.0, 0.0, 14.0), (4, 0.3, 0.4, 20.0), (4, 0.0, 0.0, 22.0)]
     for turn, ahead, aside, at_s in turns:
-        tape.write(steered(turn, ahead, aside), at_s)
+        tape.write(steered(ahead, turn=turn, lateral_mps=aside), at_s)
     for why in ("stopped", None, "stopped", "too_old"):
-        tape.write(commanded(why), 15.0)
+        tape.write(commanded(held=True, refused=why), 15.0)
     tape.close()
     monkeypatch.setattr(sys, "argv", ["read_tape.py", str(path)])
     runpy.run_path(str(EXAMPLES / "read_tape.py"))
@@ -180,32 +180,3 @@ def test_a_reader_tells_how_far_turns_went(
         "refused as stopped: 2",
         "refused as too_old: 1",
     ]
-
-
-def steered(turn: int, ahead: float, aside: float) -> Steered:
-    return Steered(
-        turn=turn,
-        linear_mps=ahead,
-        angular_rps=0.0,
-        wanted_linear_mps=ahead,
-        wanted_angular_rps=0.0,
-        reason=None,
-        limit=None,
-        lateral_mps=aside,
-    )
-
-
-def commanded(refused: str | None) -> Commanded:
-    return Commanded(
-        viewer=1,
-        seq=1,
-        turn=3,
-        age_ms=1.0,
-        seen_age_ms=None,
-        linear=0.0,
-        angular=0.0,
-        held=False,
-        speed="fast",
-        axes={},
-        refused=refused,
-    )
