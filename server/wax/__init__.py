@@ -1,3 +1,3 @@
 """WAX: drive a real robot from any browser, picture and sound in step."""
 
-__version__ = "0.9.0"
+__version__ = "1.0.0"
