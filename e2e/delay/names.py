@@ -48,8 +48,9 @@ AGE: Final = (
 SHARPNESS: Final = (
     "Sharpness: the structural similarity (SSIM) of the brightness that stands on the page to the "
     "test card’s moving texture, or to a film of a drive through the simulated flat, at the "
-    "source’s size, the mean of 20 even moments. A picture is compared with the card that it is of "
-    "(age does not count), but one that stands for longer than 200 ms with the card of that moment."
+    "source’s size, the mean of 15 moments in the 3 s after the other figures. A picture is "
+    "compared with the card that it is of (age does not count), but one that stands for longer "
+    "than 200 ms with the card of that moment."
 )
 ARRIVAL: Final = (
     "Arrival of a picture: its age when its last packet has come, by the same browser, so that "

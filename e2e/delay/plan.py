@@ -22,8 +22,8 @@ MATRIX_S: Final = 30.0
 DRIVES: Final = "WAX_DRIVES"
 """The environment variable that names a folder of recorded drives: mahimahi's traces, NAME.down and
 NAME.up."""
-_RUN_S: Final = 7.0
-"""Link, browser, server, first picture and reading, in addition to the measured time."""
+_RUN_S: Final = 10.0
+"""Link, browser, server, first picture, reading and sharpness, in addition to the measured time."""
 _FIRST_BYTES: Final = 100_000
 """The bytes that a first picture takes over the link."""
 _JOIN_S: Final = 0.5

@@ -10,6 +10,7 @@ import pytest
 
 from e2e.delay import watch
 from e2e.delay.cell import Cell
+from e2e.delay.judging import found, goals, judge
 from e2e.delay.measures import measured
 from e2e.instrument.synthetic import OPENED_MS, readings
 from e2e.measure.errors import MeasureError
@@ -50,6 +51,21 @@ async def test_only_ours_must_have_a_picture(monkeypatch: pytest.MonkeyPatch) ->
         assert row.detail["problem"] == BLIND["problem"]
     with pytest.raises(MeasureError, match="no picture"):
         await watch.repeated(cell("operator"), 1)
+
+
+async def test_a_crowd_that_finds_no_room_misses_every_goal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where server and machine do not carry the crowd, no figure was reached."""
+
+    def crowded(_: Cell) -> Any:
+        raise watch.CrowdError("viewer 34 sees or hears nothing in 20 s")
+
+    giving(monkeypatch, crowded)
+    (row,) = await watch.repeated(cell("operator", profile="same-machine", viewers=41), 1)
+    (goal,) = (one for one in goals() if one.kind == "crowd")
+    assert judge(goal, found([row])).met is False
+    assert row.detail["problem"] == "viewer 34 sees or hears nothing in 20 s"
 
 
 @pytest.mark.timeout(90)
