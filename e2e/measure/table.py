@@ -32,33 +32,41 @@ def to_markdown(published: Published) -> str:
 
 
 def to_headline(found: Sequence[tuple[Published, Row]]) -> str:
-    """Format a few rows of several suites as one table, with each origin once."""
-    rows = [_beside_peers(row) for _, row in found]
+    """Format a few rows of several suites as one table beside the peers, with each origin once."""
+    lines = [["measured", "n", *_PEERS, "beside the best of them"]]
+    for _, row in found:
+        ours = row.values.get(row.judged)
+        values = {column: row.values.get(column) for column in _PEERS} | {_PEERS[0]: ours}
+        here = row.model_copy(update={"values": values, "judged": _PEERS[0]})
+        cells = [_cell(here, column) for column in _PEERS]
+        lines.append([row.what, f"{row.n}", *cells, _beside(here)])
     origins = dict.fromkeys(_measured_at(published) for published, _ in found)
-    return _table(rows, _PEERS, f"{'; '.join(origins)}.")
+    return _markdown(lines, f"{'; '.join(origins)}.")
+
+
+def _beside(row: Row) -> str:
+    """Say how much less, or with `at_least` more, WAX has than the best peer; or worse."""
+    ours, *peers = (row.values[column] for column in _PEERS)
+    known = [value for value in peers if value]
+    if ours is None or not known:
+        return ""
+    gain = ours / max(known) - 1 if row.at_least else 1 - ours / min(known)
+    return f"{abs(gain):.0%} {'better' if gain >= 0 else 'worse'}".replace("%", " %")
 
 
 def _table(rows: Sequence[Row], columns: Sequence[str], origin: str) -> str:
-    head = ["measured", "n", *columns, "goal", ""]
-    lines = [head, ["---"] * len(head)]
+    lines = [["measured", "n", *columns, "goal", ""]]
     for row in rows:
         values = [_cell(row, column) for column in columns]
         words = verdict(row).replace("missed", "**missed**")
         lines.append([_what(row, columns), f"{row.n}", *values, _goal(row), words])
-    table = "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+    return _markdown(lines, origin)
+
+
+def _markdown(lines: Sequence[Sequence[str]], origin: str) -> str:
+    head, *body = lines
+    table = "\n".join(f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *body))
     return f"{table}\n\n{fill(origin, 100, break_on_hyphens=False)}\n"
-
-
-def _beside_peers(row: Row) -> Row:
-    """Name the judged quantile in words, and put its value in WAX's column."""
-    if row.judged in _PEERS:
-        return row
-    update = {
-        "what": row.what if row.what.endswith(row.judged) else f"{row.what}, {row.judged}",
-        "values": {_PEERS[0]: row.values.get(row.judged)},
-        "judged": _PEERS[0],
-    }
-    return row.model_copy(update=update)
 
 
 def verdict(row: Row) -> str:

@@ -12,7 +12,7 @@ from e2e.measure.render import page, with_headline
 from e2e.measure.row import counted, judged, summarize, summed
 from e2e.measure.runner import SUITES
 from e2e.measure.suite import ROOT, digest
-from e2e.measure.table import to_markdown
+from e2e.measure.table import to_headline, to_markdown
 from tests.measure.imagined_figures import imagined
 
 if TYPE_CHECKING:
@@ -114,18 +114,37 @@ def test_the_readme_shows_the_newest_of_each_row() -> None:
     If two suites have published one key, the later figure counts.
     """
     found = [imagined(rows=[judged(key, key, "ms", {"WAX": 1.0}, n=1) for key in ROWS])]
-    found.append(
-        imagined(rows=[judged(ROWS[0], "newer", "ms", {"WAX": 2.0}, n=1)], date="2026-12-01")
-    )
+    key, what = next(iter(ROWS.items()))
+    found.append(imagined(rows=[judged(key, "newer", "ms", {"WAX": 2.0}, n=1)], date="2026-12-01"))
     text = "a\n<!-- figures: headline -->\nold\n<!-- /figures -->\nb\n"
     lines = with_headline(text, found).splitlines()
     assert (lines[0], lines[-1], "old" in lines) == ("a", "b", False)
-    assert lines[4] == "| newer | 1 | **2 ms** | – | – | – |  |  |"
+    assert lines[4] == f"| {what} | 1 | **2 ms** | – | – | – |  |"
     for broken in (text * 2, "a\n"):
         with pytest.raises(MeasureError):
             with_headline(broken, found)
     with pytest.raises(MeasureError, match="nothing publishes"):
         rows(found[1:])
+
+
+@pytest.mark.parametrize(
+    ("values", "at_least", "said"),
+    [
+        ({"WAX": 30.0, "stock aiortc": 120.0, "LiveKit": 40.0}, False, "25 % better"),
+        ({"WAX": 42.0, "stock aiortc": 120.0, "LiveKit": 40.0}, False, "5 % worse"),
+        ({"WAX": 0.72, "stock aiortc": 0.75, "LiveKit": None}, True, "4 % worse"),
+        ({"max": 30.0}, False, ""),
+    ],
+    ids=["sooner", "later", "less sharp", "no peer"],
+)
+def test_the_readme_says_how_much_better_or_worse(
+    values: dict[str, float | None], said: str, *, at_least: bool
+) -> None:
+    """WAX stands beside the best of the peers; where there is none, nothing is claimed."""
+    ours = next(iter(values))
+    row = judged("a", "b", "ms", values, 20.0, n=3, column=ours, at_least=at_least)
+    line = to_headline([(imagined(rows=[row]), row)]).splitlines()[2]
+    assert line.endswith(f" {said} |")
 
 
 def test_what_is_published_is_rendered() -> None:
@@ -135,6 +154,6 @@ def test_what_is_published_is_rendered() -> None:
 
 
 def test_what_is_published_stays_readable() -> None:
-    """The README has at most 12 rows, the suites together at most 120."""
+    """The README has at most 12 rows, the suites together at most 140."""
     assert len(ROWS) <= 12
-    assert sum(len(one.rows) for one in PUBLISHED if one.suite in SUITES) <= 120
+    assert sum(len(one.rows) for one in PUBLISHED if one.suite in SUITES) <= 140

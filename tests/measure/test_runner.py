@@ -62,7 +62,7 @@ def bed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bed:
     git.chmod(0o755)
     monkeypatch.setenv("PATH", str(git.parent), prepend=":")
     monkeypatch.setenv("BED", str(tmp_path))
-    monkeypatch.setattr(headline, "ROWS", ("one",))
+    monkeypatch.setattr(headline, "ROWS", {"one": "one"})
     return Bed(tmp_path)
 
 
