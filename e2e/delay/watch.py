@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import time
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
@@ -69,6 +70,7 @@ async def repeated(cell: Cell, n: int) -> list[Row]:
             values, detail = await _once(one)
         except CrowdError as error:
             detail = {"problem": str(error)}
+            print(f"{one.key}: {error}", file=sys.stderr)  # the table only says missed
         else:
             if "problem" in detail and cell.system in OURS:
                 raise MeasureError(str(detail["problem"]))

@@ -45,12 +45,13 @@ def to_headline(found: Sequence[tuple[Published, Row]]) -> str:
 
 
 def _beside(row: Row) -> str:
-    """Say how much less, or with `at_least` more, WAX has than the best peer; or worse."""
+    """Say how much less, or with `at_least` more, WAX has than the best peer, unless that has 0."""
     ours, *peers = (row.values[column] for column in _PEERS)
-    known = [value for value in peers if value]
-    if ours is None or not known:
+    known = [value for value in peers if value is not None]
+    best = (max if row.at_least else min)(known, default=0.0)
+    if ours is None or not best:
         return ""
-    gain = ours / max(known) - 1 if row.at_least else 1 - ours / min(known)
+    gain = ours / best - 1 if row.at_least else 1 - ours / best
     return f"{abs(gain):.0%} {'better' if gain >= 0 else 'worse'}".replace("%", " %")
 
 

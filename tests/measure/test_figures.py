@@ -133,9 +133,10 @@ def test_the_readme_shows_the_newest_of_each_row() -> None:
         ({"WAX": 30.0, "stock aiortc": 120.0, "LiveKit": 40.0}, False, "25 % better"),
         ({"WAX": 42.0, "stock aiortc": 120.0, "LiveKit": 40.0}, False, "5 % worse"),
         ({"WAX": 0.72, "stock aiortc": 0.75, "LiveKit": None}, True, "4 % worse"),
+        ({"WAX": 1.0, "stock aiortc": 0.0, "LiveKit": 2.0}, False, ""),
         ({"max": 30.0}, False, ""),
     ],
-    ids=["sooner", "later", "less sharp", "no peer"],
+    ids=["sooner", "later", "less sharp", "nothing is better", "no peer"],
 )
 def test_the_readme_says_how_much_better_or_worse(
     values: dict[str, float | None], said: str, *, at_least: bool
@@ -144,7 +145,7 @@ def test_the_readme_says_how_much_better_or_worse(
     ours = next(iter(values))
     row = judged("a", "b", "ms", values, 20.0, n=3, column=ours, at_least=at_least)
     line = to_headline([(imagined(rows=[row]), row)]).splitlines()[2]
-    assert line.endswith(f" {said} |")
+    assert line.endswith(f"| {said} |")
 
 
 def test_what_is_published_is_rendered() -> None:
