@@ -71,9 +71,12 @@ _OURS: Final[tuple[tuple[Any, ...], ...]] = (
     ("outage", "operator"),
 )
 """Profile, system and what differs from a default cell; each several times."""
+_HEADLINE: Final[tuple[tuple[Any, ...], ...]] = (
+    *product(("same-machine", "internet-5m"), PEERS, (_LARGE,)),
+)
+"""Peers whose figures stand in the README at the default size: as often as ours."""
 _BESIDE: Final[tuple[tuple[Any, ...], ...]] = (
     *product(("same-machine", "internet-5m"), ("thesis", *PEERS)),
-    *product(("same-machine", "internet-5m"), PEERS, (_LARGE,)),
     *product(("internet-5m", "wireless-1m"), PEERS, (_FILM,)),
     ("same-machine", "operator", {"player": "browser"}),
     ("wireless-1m", "thesis"),
@@ -100,7 +103,7 @@ _CROWD: Final = ("same-machine", "operator", {"viewers": 41, "slow": 4})
 def planned() -> list[Planned]:
     """Return the cells, the published ones by link; raises `MeasureError` without any drives."""
     once = [
-        *(Planned(_cell(*one), REPEATS) for one in _OURS),
+        *(Planned(_cell(*one), REPEATS) for one in (*_OURS, *_HEADLINE)),
         *(Planned(_cell(*one), 1) for one in _BESIDE),
         Planned(_cell(*_CROWD), 2),
     ]
