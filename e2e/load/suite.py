@@ -29,7 +29,7 @@ SUITE: Final = Suite(
         measured("room-cost", 2, room_cost, "pairs of 8 s, 0 and 16 in a room", 1, minutes=1.5),
         measured("room-delay", 4, room_delay, "times 150 pictures, there and here", 1, minutes=0.8),
         measured("room-lost", 2, faults, "times each fault", 1, minutes=2.5),
-        measured("next-operator", 6, next_operator, "turns", 3, minutes=3.8),
+        measured("next-operator", 8, next_operator, "turns", 3, minutes=1.6),
         measured("page-half-hour", 120, work, "stretches of 15 s", 4, minutes=31.0, long=True),
         measured("memory-1000", 1000, memory, "joins and leaves", 10, minutes=20.0, long=True),
     ),

@@ -15,7 +15,6 @@ from e2e.harness.chromium import launch_chromium
 from e2e.harness.headset import SMALL, EmulatedHeadset, worn
 from e2e.harness.page_clock import page_clock
 from e2e.harness.viewer import Viewer
-from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
 from e2e.stop.page import Tab, chromiums
 from wax.config.settings import Settings
@@ -71,19 +70,11 @@ async def thaw(scene: Scene) -> None:
 
 
 async def follow(scene: Scene) -> None:
-    """Let the next in the queue drive, who joins again if a busy machine cost them their place."""
+    """Let the next in the queue drive."""
     wheel: Wheel = scene.prop
     await wheel.page.close()
     wheel.page = wheel.waits
-    viewer = wheel.page.viewer
-    joins = viewer.button("Join the queue")
-
-    async def drives() -> bool:
-        if await joins.is_visible():
-            await joins.click()
-        return await viewer.page.get_by_text("You are driving").first.is_visible()
-
-    await eventually(drives, "the next page drives", within_s=15)
+    await wheel.page.viewer.drives(15)
     await wheel.queue()
 
 

@@ -21,9 +21,8 @@ if TYPE_CHECKING:
 
 RATE_HZ: Final = 10_000.0
 """The rate offered; the viewer's budget holds back the rest."""
-LEAST_HZ: Final = 250.0
-"""The least rate that must really have been sent, five times a page's: the server acknowledges a
-flooder's messages last, and so slows them."""
+LEAST_HZ: Final = 500.0
+"""The least rate that must really have been sent, ten times a page's."""
 WAYS: Final = ("operator, channel", "operator, HTTP", "observer, channel", "observer, HTTP")
 _TICK_S: Final = 0.005
 _MAX_WAITING_BYTES: Final = 256

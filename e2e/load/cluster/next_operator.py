@@ -1,10 +1,9 @@
-"""A page that waits in a room comes to the robot's own server for its turn, and then returns."""
+"""Pages that wait in a room come to the robot's own server for their turn, and then return."""
 
 from __future__ import annotations
 
 import asyncio
 import statistics
-from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Final
 
 from e2e.load.cluster.page import longest_gap_ms, now_ms, pages
@@ -14,13 +13,14 @@ from e2e.measure.row import Row, middle, timed
 from wax.client.operator import Operator
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from e2e.load.cluster.page import Page
 
 TURN_S: Final = 8.0
-"""After driving, the page waits again; with four drivers for 24 s. Above 20 s it returns to its
+"""After driving, a page waits again; with four of them for 24 s. Above 20 s a page returns to its
 room, which it leaves again for the last 11 s."""
-_OTHERS: Final = 3
-"""Without a browser: slow cores are too slow for more than one page, and those fall silent."""
+_PAGES: Final = 3
 _DRIVES: Final = "You are driving"
 _GAP_MS: Final = 1000.0
 _AFTER_MS: Final = 500.0
@@ -31,35 +31,33 @@ _CARDS: Final = 150
 
 
 async def next_operator(n: int) -> list[Row]:
-    """Let a page take `n` turns, alternating with others who stay at the robot's own server."""
+    """Let pages take `n` turns, alternating with somebody who stays at the robot's own server."""
     async with (
-        staged(None, turns={"turn_s": TURN_S}, server={"max_viewers": _OTHERS}) as stage,
+        staged(turns={"turn_s": TURN_S}) as stage,
         pages() as open_page,
-        AsyncExitStack() as staying,
+        Operator(stage.server.url) as first,
     ):
-        others = [
-            await staying.enter_async_context(Operator(stage.server.url)) for _ in range(_OTHERS)
-        ]
-        page = await open_page(stage.server.url)
-        for one in others:
-            one.send(type="join")
-        moves = await _moves(page, n)
+        opened = [await open_page(stage.server.url) for _ in range(_PAGES)]
+        await first.join()
+        left = iter(range(n))
+        found = await asyncio.gather(*(_moves(page, left) for page in opened))
+    moves = [move for moved in found for move in moved]
     late = sum(is_late for is_late, _ in moves)
     what = "room → own turn → room: longest time without a new picture; none after a turn began"
     return [timed("next-operator", what, [gap_ms for _, gap_ms in moves], _GAP_MS, wrong=late)]
 
 
-async def _moves(page: Page, n: int) -> list[tuple[bool, float]]:
-    """Take `n` turns.
+async def _moves(page: Page, left: Iterator[int]) -> list[tuple[bool, float]]:
+    """Take turns until all pages together have taken enough.
 
     Return for each whether the server's picture came after the turn began, and the longest time
     without a new picture on the way there or back.
     """
     moves = []
     await page.viewer.join()
-    for _ in range(n):
+    for _ in left:
         waits_ms = now_ms()
-        waited_ms = await page.says(_DRIVES, waits_ms, (_OTHERS + 2) * TURN_S, "turn")
+        waited_ms = await page.says(_DRIVES, waits_ms, (_PAGES + 2) * TURN_S, "turn")
         if waited_ms is None:
             raise MeasureError("a page that waits got no turn")
         begins_ms = waits_ms + waited_ms

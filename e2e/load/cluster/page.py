@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from playwright.async_api import ViewportSize, async_playwright
+from playwright.async_api import async_playwright
 
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.page_clock import unix_ms
@@ -27,8 +27,6 @@ Place = Literal["room", "server"]
 
 _SCRIPT: Final = Path(__file__).with_name("page.js")
 _OPENS_S: Final = 20.0
-_WINDOW: Final = ViewportSize(width=390, height=844)
-"""A phone’s: several pages share a core, which draws them, too."""
 
 
 def now_ms() -> float:
@@ -103,7 +101,7 @@ async def pages() -> AsyncIterator[Open]:
         browser = await launch_chromium(playwright)
 
         async def open_one(url: str) -> Page:
-            context = await browser.new_context(locale="en-GB", viewport=_WINDOW)
+            context = await browser.new_context(locale="en-GB")
             await context.add_init_script(path=_SCRIPT)
             page = Page(await Viewer.prepare(context, url))
             await page.viewer.page.goto(url)

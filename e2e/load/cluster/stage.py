@@ -59,12 +59,12 @@ async def published(
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """For a measurement: the server drives a board, and its side runs on `robots_core`, if any."""
+    """For a measurement: the server drives a board, and its side runs on `robots_core`."""
 
     engine: Engine
     server: Server
     board: Board
-    robots_core: int | None
+    robots_core: int
 
     def watched(self, page: Page) -> int:
         """Return the number of the node in whose room a page is; raises `MeasureError`."""
@@ -87,15 +87,14 @@ class Stage:
 
 @asynccontextmanager
 async def staged(
-    alone: Literal["robot", "engine"] | None = "robot", **settings: Any
+    alone: Literal["robot", "engine"] = "robot", **settings: Any
 ) -> AsyncIterator[Stage]:
     """Run it inside the block, with both rooms published to; `settings` are the server's tables.
 
     One side has a core of its own, as if it were another machine: the robot's server and the
-    operator, or the cluster; with None everything shares all. Raises `NotRunError` if LiveKit,
-    Redis or a second core is missing.
+    operator, or the cluster. Raises `NotRunError` if LiveKit, Redis or a second core is missing.
     """
-    own_core, others_core = two_cores() if alone is not None else (None, None)
+    own_core, others_core = two_cores()
     robots_core, engines_core = (
         (own_core, others_core) if alone == "robot" else (others_core, own_core)
     )
