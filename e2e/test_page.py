@@ -121,6 +121,20 @@ async def test_stop_is_whole_in_a_small_window(server: Server, open_viewer: Open
     await viewer.leave()
 
 
+async def test_a_small_window_shows_the_whole_welcome(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Its heading is not covered by the bar over the picture."""
+    viewer = await open_viewer(server, viewport={"width": 640, "height": 360})
+    heading = viewer.page.get_by_role("heading", name="Welcome")
+    seen = """one => {
+        document.querySelector(".hud").style.pointerEvents = "auto"; // or it cannot be found
+        const { left, top, height } = one.getBoundingClientRect();
+        return one.contains(document.elementFromPoint(left + 8, top + height / 2));
+    }"""
+    assert await heading.evaluate(seen)
+
+
 async def test_larger_letters_leave_everything_in_its_place(
     server: Server, open_viewer: OpenViewer
 ) -> None:
