@@ -222,6 +222,27 @@ it("rests without subscriptions, and resumes from the same room", () => {
   expect(first.isLeft).toBe(false);
 });
 
+it("waits as long for a resumed room as for another rendition, and shows no sound before", () => {
+  const first = begin();
+  watch.rest();
+  first.isSubscribed = false;
+  shown.length = 0;
+  watch.resume(performance.now());
+  pass(1800);
+  first.isSubscribed = true;
+  pass(100, first.streams.sound);
+  expect(shown).toEqual([]);
+  pass(50, first.streams.best);
+  expect(rooms).toHaveLength(1);
+  expect(shown).toEqual([{ picture: first.streams.best, sound: first.streams.sound }]);
+
+  watch.rest();
+  first.isSubscribed = false;
+  watch.resume(performance.now());
+  pass(2600);
+  expect(rooms).toHaveLength(2);
+});
+
 it("stays quiet when a resting room ends", () => {
   const first = begin();
   watch.rest();

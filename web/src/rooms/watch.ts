@@ -174,13 +174,15 @@ export class Watch {
     const { sound } = room;
     const isOff = !this.options.wants().picture;
     const isOther = picture !== this.#shown.picture;
+    // A resumed room shows nothing until its picture is subscribed again.
+    const isFirst = !isOff && this.#shown.picture === null && this.options.isPictureExpected();
     // The previous picture stays until the other one has arrived.
     if (isOther && (isOff || this.#hasCome(picture))) {
       this.#show({ sound, picture });
-    } else if (sound !== this.#shown.sound) {
+    } else if (sound !== this.#shown.sound && !isFirst) {
       this.#show({ ...this.#shown, sound });
     }
-    const isSwitching = !isOff && picture !== this.#shown.picture;
+    const isSwitching = !isOff && (isFirst || picture !== this.#shown.picture);
     const mayStand = isSwitching && nowMs - this.#target.sinceMs < SWITCHES_MS;
     const moves = this.#moves();
     if (moves) this.#play(true);
