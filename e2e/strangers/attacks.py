@@ -51,7 +51,8 @@ async def _mix(ground: Ground) -> None:
             until_s = min(ground.until_s, time.monotonic() + lasts_s)
             there = [ground.intruders[number] for number in some]
             part = Ground(ground.port, there, until_s, random.Random(own.random()))
-            with suppress(TimeoutError):
+            # Another attack may have ended this one's viewers.
+            with suppress(TimeoutError, ConnectionError):
                 async with asyncio.timeout(lasts_s + _TAIL_S):
                     await ATTACKS[name].work(part)
             await asyncio.sleep(own.uniform(0.0, 0.5))

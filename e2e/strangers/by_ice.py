@@ -36,8 +36,7 @@ async def swaps(ground: Ground, rate_hz: float) -> None:
     """Let one viewer nominate its two paths in turn."""
     if not ground.intruders:
         return  # none was let in
-    ice = ground.intruders[0].ice
-    pair = ice._nominated[1]
+    ice, pair = ground.intruders[0].ice, ground.intruders[0].pair
 
     def second() -> StunProtocol:
         protocol = StunProtocol(_SecondPath(ice))  # type: ignore[arg-type]  # it has what is used of one

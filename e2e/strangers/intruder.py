@@ -110,8 +110,16 @@ class Intruder(Client):
     @property
     def media_address(self) -> tuple[str, int]:
         """The address that this viewer sends to: the port that all share."""
-        host, port = self.ice._nominated[1].remote_addr
+        host, port = self.pair.remote_addr
         return str(host), int(port)
+
+    @property
+    def pair(self) -> Any:
+        """The nominated pair; raises `ConnectionError` once the server has closed its peer."""
+        found = self.ice._nominated.get(1)
+        if found is None:
+            raise ConnectionError("this viewer has no path to the server")
+        return found
 
     @property
     def ice(self) -> Any:
