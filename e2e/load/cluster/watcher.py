@@ -20,6 +20,7 @@ class Watcher:
 
     def __init__(self) -> None:
         self.pictures: dict[str, set[tuple[int, int]]] = {}
+        self.mime_types: list[str] = []
         self.told: list[dict[str, Any]] = []
         self.is_out = False
         self._loud = 0
@@ -38,6 +39,7 @@ class Watcher:
     def subscribed(
         self, track: Any, publication: rtc.RemoteTrackPublication, robot: rtc.RemoteParticipant
     ) -> None:
+        self.mime_types.append(publication.mime_type)
         is_video = publication.kind == rtc.TrackKind.KIND_VIDEO
         read = self._see(track, robot.identity) if is_video else self._hear(track)
         self._reading.append(asyncio.create_task(read))
