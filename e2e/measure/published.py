@@ -67,9 +67,8 @@ def everything(folder: Path = FOLDER) -> list[Published]:
 
 
 def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> Path:
-    """Write the results of all cases, of one origin and in order; one that failed says why."""
+    """Write the results of all cases, of one origin and in order."""
     rows = suite.derive([row for result in results for row in result.rows])
-    rows += [_without_figures(result) for result in results if result.status == "failed"]
     origin = results[0].origin
     published = Published(
         suite=suite.name,
@@ -89,12 +88,6 @@ def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> P
     path = folder / f"{suite.name}.json"
     path.write_text(published.to_json(), encoding="utf-8")
     return path
-
-
-def _without_figures(result: Result) -> Row:
-    why = (result.problem or "").rstrip(": ")
-    what = f"{result.case}: **no figures**, the case fails on this machine ({why})"
-    return Row(key=f"{result.case}: no figures", what=what, n=0, values={})
 
 
 def _small(row: Row) -> Row:

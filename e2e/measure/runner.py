@@ -16,9 +16,10 @@ from datetime import UTC, datetime, timedelta
 from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
-from e2e.measure import headline, machine
+from e2e.measure import machine
 from e2e.measure.command import NOT_RUN, chosen, origin_of, times
 from e2e.measure.errors import MeasureError
+from e2e.measure.headline import ROWS
 from e2e.measure.published import publish
 from e2e.measure.results import Results
 from e2e.measure.suite import ROOT
@@ -78,21 +79,18 @@ def planned(suites: Mapping[str, Suite], arguments: argparse.Namespace) -> list[
         Task(modules[suite.name], suite, case, times(case, arguments))
         for suite, case in chosen(list(suites.values()), arguments.only, long=arguments.long)
     ]
-    tasks.sort(key=lambda task: (not _is_shown(task.case), task.minutes))
+    tasks.sort(
+        key=lambda task: (not any(key.startswith(task.case.key) for key in ROWS), task.minutes)
+    )
     if arguments.again or machine.commit().endswith("-dirty"):
         return tasks
-    kept = {suite.name: _kept(suite, arguments.out, "ok") for suite in suites.values()}
+    kept = {suite.name: _kept(suite, arguments.out) for suite in suites.values()}
     return [task for task in tasks if (task.case.key, task.n) not in kept[task.suite.name]]
 
 
-def _is_shown(case: Case) -> bool:
-    """Whether the README shows one of its rows."""
-    return any(key.startswith(case.key) for key in headline.ROWS)
-
-
-def _kept(suite: Suite, out: Path, status: str) -> dict[tuple[str, int], Result]:
+def _kept(suite: Suite, out: Path) -> dict[tuple[str, int], Result]:
     found = Results(out / suite.name).of(origin_of(suite))
-    return {key: result for key, result in found.items() if result.status == status}
+    return {key: result for key, result in found.items() if result.status == "ok"}
 
 
 def measure(tasks: Sequence[Task], out: Path) -> int:
@@ -146,18 +144,14 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def publish_complete(suites: Sequence[Suite], out: Path, folder: Path) -> bool:
-    """Write each suite whose cases have all been run in full at this commit; return whether any is.
+    """Write each suite whose cases all have a full result of this commit; return whether any has.
 
-    A case that failed has a row that says why, unless the README shows it: then the suite is not
-    written. If all suites are complete, the files of former suites are deleted.
+    If all suites are complete, the files of former suites are deleted.
     """
     complete = []
     for suite in suites:
-        measured, failed = (_kept(suite, out, status) for status in ("ok", "failed"))
-        cases = [case for case in suite.cases if not case.long]
-        shown = {(case.key, case.n) for case in cases if _is_shown(case)}
-        kept = {key: one for key, one in failed.items() if key not in shown} | measured
-        keys = [(case.key, case.n) for case in cases]
+        kept = _kept(suite, out)
+        keys = [(case.key, case.n) for case in suite.cases if not case.long]
         if lacking := [key[0] for key in keys if key not in kept]:
             print(f"{suite.name} is not published, without {', '.join(lacking)}", file=sys.stderr)
         else:

@@ -89,24 +89,6 @@ def test_the_same_words_go_on_and_publish(bed: Bed, capfd: pytest.CaptureFixture
     assert bed.runs() == ["two 10"]
 
 
-def test_a_case_that_fails_is_published_with_the_reason(bed: Bed) -> None:
-    """The README shows none of its rows; the run still ends as a failure, and repeats the case."""
-    bed.say("two", "fails")
-    assert bed.run() == 2
-    published = load(bed.folder / "published/bed.json")
-    assert [(row.key, row.n, row.values) for row in published.rows] == [
-        ("one", 10, {"WAX": 1.0}),
-        ("two: no figures", 0, {}),
-    ]
-    table = (bed.folder / "published/README.md").read_text()
-    assert "two: **no figures**, the case fails on this machine (OSError: no board)" in table
-    bed.runs()
-    bed.say("two", "")
-    assert bed.run() == 0
-    assert bed.runs() == ["two 10"]
-    assert "no figures" not in (bed.folder / "published/README.md").read_text()
-
-
 def test_another_commit_ends_the_run(bed: Bed, capfd: pytest.CaptureFixture[str]) -> None:
     """The interrupted measurement is dropped; back on the old commit the run resumes."""
     bed.say("one", "moves")
