@@ -57,10 +57,8 @@ async def fan_out(n: int) -> list[Row]:
     cores = two_cores()
     found = {side: await _points(side, n, *cores) for side in VIEWERS}
     slopes = {side: slope(points) for side, points in found.items()}
-    first = {side: points[0].cpu * 100 if points else None for side, points in found.items()}
     most = next((one for one in found[WAX] if one.viewers == VIEWERS[WAX][-1]), None)
     return [
-        judged("fan-out: one", "server with one viewer", "% of a core", first, n=n),
         judged(
             "fan-out: slope",
             "one viewer more (≤ 0.5 %, and ≤ 1/25 of stock’s)",
