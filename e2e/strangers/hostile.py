@@ -356,8 +356,7 @@ async def hostile(
         longest_ms = _longer_ms(steps, (await stage.server.status())["steps"])
     print(f"WAX_SEED={seed}", flush=True)
     return [
-        *rows(key, load, quiet, found),
-        counted(f"{key}: left", "… descriptors that are left", left, len(names)),
+        *rows(key, load, quiet, found, left),
         summed(f"{key}: kept", "… memory that is kept for 10 s", "MiB", [kept_mib], KEPT_MIB),
         timed(
             f"{key}: longest",
@@ -403,15 +402,21 @@ def _line(name: str, seen: Seen) -> str:
     )
 
 
-def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen]) -> list[Row]:
-    """Judge all attacks together: their effect on the operator, on Stop, and on who joins."""
+def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int) -> list[Row]:
+    """Judge all attacks together: their effect on the operator, on Stop, and on who joins.
+
+    `left` are the descriptors that are open after all of them and were not before.
+    """
     quiet_ms = [ms for ms in quiet.commands_ms if ms is not None]
     if not quiet_ms:
         raise MeasureError(f"{key}: no command arrived before the attacks")
     quiet_p99_ms = summarize(quiet_ms).p99
     every = found.values()
     wrong = {name: harm for name, seen in found.items() if (harm := _wrong(seen, quiet))}
-    hosts_s, guests_s = [one.host_s for one in every], [one.guest_s for one in every]
+    if left:
+        wrong["all"] = [f"{left} descriptors left"]
+    joins_s = {HOST_S: [one.host_s for one in every], GUEST_S: [one.guest_s for one in every]}
+    late = [s for most_s, took_s in joins_s.items() for s in took_s if s is None or s > most_s]
     steps_ms = [step.processor_ms for seen in every for step in seen.steps]
     lasted_s = [s for seen in every for kind in seen.account["lasted_s"].values() for s in kind]
     judged = [
@@ -431,13 +436,20 @@ def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen]) -> list[R
         ),
         counted(
             f"{key}: wrong",
-            "… attacks that stopped it, kept a newcomer out for 3 s, cost pictures or memory",
+            "… attacks that stopped it, kept a newcomer out for 3 s,"
+            " or cost pictures, memory or files",
             len(wrong),
             len(every),
             **wrong,
         ),
-        summed(f"{key}: host", "… the host gets in meanwhile", "s", hosts_s, HOST_S),
-        summed(f"{key}: guest", "… a guest gets in afterwards", "s", guests_s, GUEST_S),
+        counted(
+            f"{key}: joins",
+            "… joins that took longer, the host’s meanwhile"
+            f" than {HOST_S:g} s, a guest’s afterwards than {GUEST_S:g} s",
+            len(late),
+            2 * len(every),
+            seconds={f"{most_s:g}": took_s for most_s, took_s in joins_s.items()},
+        ),
     ]
     if steps_ms:
         what = "… steps of the event loop above 2 ms, of its own processor time"

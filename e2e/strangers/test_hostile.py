@@ -158,7 +158,7 @@ async def _attacked(
 async def test_whoever_floods_or_dawdles_keeps_nobody_out() -> None:
     """The host joins during it and a guest afterwards; slow connections are closed in time."""
     found = await hostile(3, ["offers-50", "slow"], "short", {}, LIGHT)
-    how_fast = {"short", "short: host", "short: guest"}  # for `make measure`
+    how_fast = {"short", "short: joins"}  # for `make measure`
     assert all(row.met for row in found if row.key not in how_fast), to_table(found)
 
 

@@ -11,7 +11,6 @@ import os
 import sys
 import time
 import uuid
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
@@ -21,7 +20,7 @@ from e2e.harness.child import child
 from e2e.load.cluster.engine import KEY, ROOMS
 from e2e.load.cluster.stage import staged
 from e2e.load.process import ProcessMeter
-from e2e.measure.row import Row, middle
+from e2e.measure.row import Row, middle, summarize
 from e2e.peers.livekit.tokens import signed
 
 if TYPE_CHECKING:
@@ -58,12 +57,9 @@ async def room_cost(n: int) -> list[Row]:
             cpu.append((many - none) / OBSERVERS * 100)
             robots_cpu.append(await _renewal_s(stage.server.url, server) / RENEW_S * 100)
 
-    row, core = partial(middle, n=n), "% of a core"
-    what = "… and costs the robot's own server"
-    return [
-        row("room: node cpu", "what an observer in a room costs LiveKit's node", core, cpu),
-        row("room: server cpu", what, core, robots_cpu, _CPU_PERCENT),
-    ]
+    what = "what an observer in a room costs the robot's own server"
+    row = middle("room: server cpu", what, "% of a core", robots_cpu, _CPU_PERCENT, n=n)
+    return [row.model_copy(update={"detail": {"LiveKit's node": summarize(cpu).median}})]
 
 
 async def _window(nodes: Sequence[ProcessMeter]) -> float:
