@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import threading
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -13,6 +14,7 @@ from tests.tape.packets import SIZE, in_order, pictures, sounds
 from wax.encode.encoded import EncodedPicture
 from wax.errors import StateError
 from wax.protocol.tape_events import Missed, Named, topic
+from wax.state_dir import lock
 from wax.tape.command import tape_list, tape_repair
 from wax.tape.event_ending import ending_of, finish
 from wax.tape.event_file import CUT, METADATA, EventFile
@@ -233,6 +235,19 @@ def test_what_is_being_written_is_left_alone(shelf: Shelf) -> None:
     assert "being written" in tape_list(shelf)
     segment.close()
     assert ending_of(shelf.path(segment.name, EVENTS)) == "whole"
+
+
+def test_who_looks_at_that_moment_only_delays_it(torn: Shelf) -> None:
+    """A repair waits for a program that only looks how a part ends."""
+    events = torn.parts()[0].events
+    assert events is not None
+    repairing = threading.Thread(target=repair, args=(torn,))
+    with events.open("rb") as looking:
+        lock(looking, shared=True)
+        repairing.start()
+        repairing.join(0.2)
+    repairing.join()
+    assert ending_of(events) == "mended"
 
 
 def test_what_is_deleted_meanwhile_does_not_come_back(torn: Shelf) -> None:

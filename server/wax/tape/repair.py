@@ -11,10 +11,11 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING, Final
 
 import structlog
 
@@ -33,6 +34,7 @@ _LOG = structlog.get_logger(__name__)
 
 _MODULE: Final = "wax.tape.repair"
 _WITHIN_S: Final = 900.0
+_LOOK_S: Final = 0.01
 
 
 @dataclass(slots=True)
@@ -65,9 +67,7 @@ def repair(shelf: Shelf) -> Mended:
 def _repair_part(part: Shelved, events: Path, problems: list[str]) -> bool:
     """Finish the files of a part, its events last; return False if there was nothing to do."""
     with events.open("r+b") as file:
-        try:
-            lock(file)
-        except OSError:
+        if not _has_locked(file):
             return False
         if ending_of(events) != "open":  # another program was faster
             return False
@@ -84,6 +84,23 @@ def _repair_part(part: Shelved, events: Path, problems: list[str]) -> bool:
         # The file's time says when the part ended, and so when it expires.
         os.utime(file.fileno(), ns=(status.st_atime_ns, status.st_mtime_ns))
     return True
+
+
+def _has_locked(file: IO[bytes]) -> bool:
+    """Wait for those who only look how a file ends; return False if a program writes it."""
+    while True:
+        try:
+            lock(file)
+        except BlockingIOError:
+            try:
+                lock(file, shared=True)
+            except OSError:
+                return False
+            time.sleep(_LOOK_S)
+        except OSError:
+            return False
+        else:
+            return True
 
 
 def repair_beside(folder: Path) -> None:
