@@ -294,6 +294,9 @@ class Trace:
         if reading in meant:
             del self.arrived[: meant.index(reading) + 1]
             self.oracle.feel(reading, self.now_s)
+        elif reading.stop and self.doing.stop:
+            # A Stop counts even if the rest of its frame is damaged.
+            self.oracle.feel(replace(self.doing, at_s=self.now_s), self.now_s)
         else:
             self.tally.happened["forged"] += 1
 
