@@ -65,6 +65,7 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "rtc/link_monitor": ("rtc/test_link_monitor",),  # the link's delay, which commands are granted
     "session/stop_budget": (
         *("session/test_stop_budget", "session/test_session_rooms", "session/test_house_acts"),
+        "session/test_kept_state",
     ),
     "rate_limits": ("test_rate_limits", "edge/test_budget"),
 }

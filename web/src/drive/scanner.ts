@@ -5,8 +5,10 @@ import type { Direction } from "./inputState";
 /** What a switch can choose; `release` releases the stop in force. */
 export type ScanItem = Direction | "stop" | "release";
 
-const DRIVING: readonly ScanItem[] = ["forward", "left", "right", "back", "stop"];
-const SIDEWAYS: readonly ScanItem[] = [
+type Items = readonly [ScanItem, ...ScanItem[]];
+
+const DRIVING: Items = ["forward", "left", "right", "back", "stop"];
+const SIDEWAYS: Items = [
   "forward",
   "left",
   "right",
@@ -15,10 +17,10 @@ const SIDEWAYS: readonly ScanItem[] = [
   "back",
   "stop",
 ];
-const STOPPED: readonly ScanItem[] = ["release"];
+const STOPPED: Items = ["release"];
 
 /** What is offered, in turn: only the release while the robot is stopped. Pure. */
-export function scanItems(isStopped: boolean, movesSideways: boolean): readonly ScanItem[] {
+export function scanItems(isStopped: boolean, movesSideways: boolean): Items {
   if (isStopped) return STOPPED;
   return movesSideways ? SIDEWAYS : DRIVING;
 }
@@ -53,8 +55,7 @@ export class Scanner {
   next(): void {
     if (this.#item === null) return;
     const items = scanItems(this.#item === "release", this.options.movesSideways());
-    const after = items.indexOf(this.#item) + 1;
-    this.#offer(items[after % items.length] ?? this.#item);
+    this.#offer(items[items.indexOf(this.#item) + 1] ?? items[0]);
   }
 
   /** Chooses the offered item and offers it again, since the same step often follows. */
