@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pytest
 from aiortc.codecs.vpx import VpxPayloadDescriptor
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.examples import at_length
 from tests.rtc.vp8_receiver import Arrived, Receiver
@@ -246,10 +246,15 @@ def test_in_order_decodable_pictures_are_handed_off_at_once(
 
 
 @given(plans)
+@example([(at == 3, "sent", late) for at, late in enumerate((8, 7, 7, 5, 6, 8, 0))])
 def test_nothing_is_decoded_without_what_it_refers_to(
     plan: list[tuple[bool, str, int]],
 ) -> None:
-    """Losses, late retransmissions and reordering break no reference and never block layer 0."""
+    """Losses, late retransmissions and reordering break no reference and never block layer 0.
+
+    One exception: libwebrtc notices gaps only after the first picture that arrives. A picture that
+    refers to an earlier one may be decoded without it, but then no other refers to that picture.
+    """
     sources = pattern([keyframe for keyframe, _, _ in plan])
     fates = [fate for _, fate, _ in plan]
     wire, receiver = Sent(), Receiver()
@@ -258,13 +263,17 @@ def test_nothing_is_decoded_without_what_it_refers_to(
         for place, source in enumerate(decodable_and_sent(sources, fates))
     ]
     handed: list[int] = []
+    first: int | None = None
     for _, _, arrived in sorted(on_the_way, key=lambda one: one[:2]):
         source = wire.sources[arrived.picture_id]
         if source.layer and fates[source.index] == "lost":
             continue
+        first = source.index if first is None else first
         for number in receiver.take(arrived):
-            assert set(handed).issuperset(wire.sources[number].needs)
-            handed.append(wire.sources[number].index)
+            found = wire.sources[number]
+            lacks = set(found.needs) - set(handed)
+            assert not lacks or (found.droppable and max(lacks) <= first)
+            handed.append(found.index)
     assert len(set(handed)) == len(handed)
     last_keyframe = max(source.index for source in sources if source.keyframe)
     bases = {s.index for s in sources if s.layer == 0 and s.index >= last_keyframe}

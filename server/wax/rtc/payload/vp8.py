@@ -3,9 +3,9 @@
 The browser decodes by these numbers. libwebrtc assumes that a picture of layer 0 depends on the one
 whose TL0PICIDX is one less; a picture with the layer sync bit only on the layer 0 with the same
 TL0PICIDX; and any other picture on the newest one of every layer up to its own. It holds the last
-kind back while a PictureID since its layer 0 is missing. So PictureIDs count only pictures that
-were *sent*: intentional drops leave no gap, losses do, and a picture held back for a loss delays no
-later one.
+kind back while a PictureID since its layer 0 is missing (one after the first that arrived). So
+PictureIDs count only pictures that were *sent*: intentional drops leave no gap, losses do, and a
+picture held back for a loss delays no later one.
 """
 
 from __future__ import annotations
