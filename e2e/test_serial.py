@@ -37,7 +37,7 @@ def is_connected(status: dict[str, Any]) -> bool:
 
 
 async def hold(
-    server: Server, viewer: Viewer, key: str, drives: Callable[[], Awaitable[bool]]
+    server: Server, viewer: Viewer, key: str, board: Board, drives: Callable[[], Awaitable[bool]]
 ) -> None:
     keys = viewer.page.keyboard
     await until_it_moves(
@@ -45,6 +45,7 @@ async def hold(
         lambda: keys.down(key),
         lambda: keys.up(key),
         lambda: happens(drives, within_s=2, every_s=0.02),
+        board.connections,
     )
 
 
@@ -99,13 +100,14 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
             assert held[-1]["left"] == held[-1]["right"] > 0
             return {frame["verdict"] for frame in came} == {"taken"}
 
-        assert await undisturbed(server, steadily), f"no frames come steadily: {seen}"
+        came = await undisturbed(server, steadily, board.connections)
+        assert came, f"no frames come steadily: {seen}"
         released_s = time.monotonic()
         await asyncio.sleep(0.3)
         assert taken(board, released_s) - {"hello"} == {"stop"}
 
         # A line that fails for under half a second stops the robot by its own watchdog.
-        await hold(server, viewer, "ArrowUp", drives)
+        await hold(server, viewer, "ArrowUp", board, drives)
         deaf_s = time.monotonic()
         board.deafen(on=True)
         [stopped_s] = await until(
@@ -117,7 +119,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         await viewer.page.keyboard.up("ArrowUp")
 
         # The page reports a lost line, which is reopened while the key is still held.
-        await hold(server, viewer, "ArrowUp", drives)
+        await hold(server, viewer, "ArrowUp", board, drives)
         await board.unplug()
         await the_problem(server)
         told = viewer.page.get_by_text(FOR_GUESTS)
@@ -127,7 +129,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         await told.first.wait_for(state="hidden")
         await rests_since(plugged_s)
         await viewer.page.keyboard.up("ArrowUp")
-        await hold(server, viewer, "ArrowUp", drives)
+        await hold(server, viewer, "ArrowUp", board, drives)
         await viewer.page.keyboard.up("ArrowUp")
 
 

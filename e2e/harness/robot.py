@@ -101,15 +101,20 @@ async def lateness(server: Told) -> int:
     return sum(int(counts.get(name, 0)) for name in _LATE)
 
 
-async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
-    """Run `attempt` with nothing held; again, if it failed while somebody was too late."""
+async def undisturbed(
+    server: Server, attempt: Callable[[], Awaitable[T]], connections: Callable[[], int] = int
+) -> T:
+    """Run `attempt` with nothing held; again, if it failed while somebody was too late.
+
+    `connections` counts the robot's connections, each of which wants a new press as well.
+    """
     for _ in range(_TRIES - 1):
-        before = await lateness(server)
+        before = await lateness(server) + connections()
         await nothing_is_held(server)
         if result := await attempt():
             return result
         await nothing_is_held(server)  # by then the driver's process has also reported its counts
-        if await lateness(server) == before:
+        if await lateness(server) + connections() == before:
             return result
     await nothing_is_held(server)
     return await attempt()
@@ -147,6 +152,7 @@ async def until_it_moves(
     press: Callable[[], Awaitable[None]],
     let_go: Callable[[], Awaitable[None]],
     is_moving: Callable[[], Awaitable[bool]] | None = None,
+    connections: Callable[[], int] = int,
 ) -> None:
     """Hold on until the robot moves; press again if a busy machine requires it."""
 
@@ -157,7 +163,7 @@ async def until_it_moves(
         await let_go()
         return False
 
-    assert await undisturbed(server, moves_on), "the robot stands while it is driven"
+    assert await undisturbed(server, moves_on, connections), "the robot stands while it is driven"
 
 
 async def key_moves(
