@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from wax.control.gate import Setpoint
     from wax.control.operators import Operators
     from wax.control.reasons import Refusal
+    from wax.driver.interface import ControlValue
     from wax.sentence import Sentence
 
 A, B = 1, 2
@@ -82,6 +83,13 @@ class FakeDriver(IdleRobot):
         """Return the calls since the last time."""
         calls, self.calls = self.calls, []
         return calls
+
+
+class EquippedDriver(FakeDriver):
+    """A driver that can be sent the numbers of controls."""
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        self._note("control", name, value, turn)
 
 
 class FakeOperators:

@@ -66,6 +66,7 @@ def test_the_person_aboard_takes_the_robot_from_its_operator(bench: Bench) -> No
     assert not bench.moves()
     bench.driver.now = replace(bench.driver.now, aboard=Aboard("free"))
     assert not bench.moves()
+    assert not bench.loop.is_taken
     assert bench.statuses[-1] == (A, False, Hold.ABOARD.value)
     bench.drive()
 
@@ -437,7 +438,7 @@ def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
     assert bench.statuses[-1] == (A, False, stopped_by(says("Bob")))
 
 
-@pytest.mark.parametrize("what", ["a stop of somebody else", "the robot", "the camera"])
+@pytest.mark.parametrize("what", ["a stop of somebody else", "the robot", "the camera", "the host"])
 def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
     """The turn's clock pauses while the robot, its camera or another's stop prevents driving."""
     bench.drive()
@@ -446,6 +447,8 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
         bench.loop.lend_driver(says("away"))
     elif what == "the camera":
         bench.view.camera = SimpleNamespace(problem=says("unplugged"))
+    elif what == "the host":
+        bench.operators.on_hold = says("held")
     else:
         bench.loop.press_stop(says("Bob"), viewer=B)
     for _ in range(2):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.control.rig import A, B, Bench, FakeDriver
+from tests.control.rig import A, B, Bench, EquippedDriver, FakeDriver
 
 from wax.config.controls import ControlSettings, GaugeSettings
 from wax.control.controls import Operation
@@ -18,7 +18,6 @@ from wax.sentence import Sentence, says
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from wax.driver.interface import ControlValue
 
 CONTROLS = [
     ControlSettings(name="lamp", kind="toggle", roles=["operator", "host", "observer"]),
@@ -31,18 +30,11 @@ HEAT = GaugeSettings(name="heat", label="Motors", stop_above=80.0)
 COOL = RobotState(connected=True, epoch=1, gauges={"heat": 20.0})
 
 
-class Equipped(FakeDriver):
-    """A driver with all of these controls."""
-
-    def control(self, name: str, value: ControlValue, turn: int) -> None:
-        self._note("control", name, value, turn)
-
-
 class Rig(Bench):
     """An operator, an observer, and a robot that reports a temperature."""
 
     def __init__(self, driver: FakeDriver | None = None) -> None:
-        super().__init__(driver=driver or Equipped(), controls=CONTROLS, gauges=[HEAT])
+        super().__init__(driver=driver or EquippedDriver(), controls=CONTROLS, gauges=[HEAT])
         self.driver.now = COOL
         self.number = 0
         self.enter(A, B)
@@ -252,6 +244,14 @@ def test_a_page_that_connects_again_begins_anew(rig: Rig) -> None:
     assert ("control", "horn", False, 1) in rig.told()
     rig.number = 0
     assert rig.ask({"horn": 1}) is None
+
+
+def test_a_host_who_goes_lets_go(rig: Rig) -> None:
+    """What somebody held who does not drive is released as soon as their page is gone."""
+    assert rig.ask({"horn": 1}, viewer=B, is_host=True) is None
+    assert rig.told() == [("control", "horn", True, 1)]
+    rig.loop.gone(B)
+    assert rig.told() == [("control", "horn", False, 1)]
 
 
 def test_whoever_honks_is_not_idle(rig: Rig) -> None:

@@ -128,4 +128,5 @@ def test_lateness_falls_into_its_bucket() -> None:
         lateness.add(bound_ms / 1000)
     lateness.add(10.0)
     assert lateness.counts == [1] * (len(BOUNDS_MS) + 1)
+    assert BOUNDS_MS == (0.5, 1, 2, 5, 10, 20, 40, 100, 200), "dashboards name these bounds"
     assert lateness.sum_s == pytest.approx(sum(BOUNDS_MS) / 1000 + 10)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 from structlog.testing import capture_logs
-from tests.control.rig import FakeDriver
+from tests.control.rig import EquippedDriver, FakeDriver
 
+from wax.control.controls import ActiveControl
 from wax.control.gate import Setpoint
 from wax.control.safe_driver import NOT_CONNECTED, SafeDriver
 from wax.driver.checks import NO_ANSWER
@@ -109,6 +110,31 @@ def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: FakeDriver
     safe_driver.lend(None, 1)
     assert safe_driver.check(1) is None
     assert robot.take() == [("stop", 1)]
+
+
+def active(*, is_held: bool) -> dict[str, ActiveControl]:
+    return {"lamp": ActiveControl(1.0, value=True, moves=False, is_held=is_held)}
+
+
+@pytest.mark.parametrize("is_held", [True, False])
+def test_only_what_is_held_is_released(is_held: bool) -> None:
+    """A control that was set keeps its value when it is operated no more."""
+    robot = EquippedDriver()
+    safe_driver = SafeDriver(robot)
+    safe_driver.operate(active(is_held=is_held), 1)
+    safe_driver.operate({}, 1)
+    told = [("control", "lamp", value, 1) for value in (True, False)]
+    assert robot.take() == told[: 1 + is_held]
+
+
+def test_a_lent_driver_is_not_operated() -> None:
+    """While the driver is lent no control reaches it."""
+    robot = EquippedDriver()
+    safe_driver = SafeDriver(robot)
+    safe_driver.lend(says("It is being proved."), 1)
+    robot.take()
+    assert safe_driver.operate(active(is_held=True), 1) is None
+    assert robot.take() == []
 
 
 def test_whether_a_lent_robot_moves_is_not_known(

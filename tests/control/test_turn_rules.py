@@ -227,6 +227,23 @@ def test_a_wait_that_cannot_be_known_is_not_told() -> None:
     assert turns.wait_s(C, 0.0) is None
 
 
+@pytest.mark.parametrize(
+    ("queue", "turns_before"), [((A, C, B), 2), ((A, C, D, B), 4), ((A, D, C, B), 4)]
+)
+def test_a_lone_guest_drives_before_each_stranger(
+    queue: tuple[int, ...], turns_before: int
+) -> None:
+    """C, the only one invited, may drive before D and again before B, and each wait says so."""
+    turns = make(*queue, invited=(C,))
+    assert turns.wait_s(B, 0.0) == turns_before * 60.0
+
+
+def test_where_the_invited_do_not_go_first_they_wait_like_others() -> None:
+    """Each waits for everybody who came before."""
+    turns = make(A, B, C, invited=(C,), invited_first=False)
+    assert [turns.wait_s(viewer, 0.0) for viewer in (B, C)] == [60.0, 120.0]
+
+
 def test_a_cool_down_lets_newcomers_pass() -> None:
     """B drove a moment ago, so C, who came later, goes first; then B."""
     turns = make(A, B, cooldown_s=300.0)
@@ -262,6 +279,14 @@ def test_the_next_is_called_before_the_turn_is_over() -> None:
     assert turns.answer(B, 55.0) == ()
     assert turns.call is None
     assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED), TurnStarted(2, B, 120.0))
+
+
+def test_who_leaves_is_called_no_more() -> None:
+    """Somebody who leaves while they are called is not passed over, for they do not wait."""
+    turns = make(A, B, ready_s=10.0)
+    turns.tick(50.0)
+    assert turns.leave(B, 51.0) == ()
+    assert turns.tick(60.0) == (TurnRenewed(1, A, 120.0),)
 
 
 def test_who_has_just_joined_is_not_asked() -> None:

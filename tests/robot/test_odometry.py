@@ -73,6 +73,12 @@ def test_an_inverted_wheel_counts_backward() -> None:
     assert (found.pose.x_m, found.pose.heading_rad) == (1.0, 0.0)
 
 
+def test_a_report_of_other_wheels_is_refused() -> None:
+    """Ticks of three wheels are no report of two."""
+    with pytest.raises(ValueError, match="zip"):
+        after((0, 0, 0, 0.0), (1, 1, 1, 1.0))
+
+
 def test_counters_may_wrap() -> None:
     """After the largest 32-bit number ticks continue with the smallest."""
     found = after((2**31 - 50, -(2**31) + 50, 0.0), (-(2**31) + 50, 2**31 - 50, 1.0))

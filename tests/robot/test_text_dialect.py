@@ -120,7 +120,9 @@ def test_limits_trim_and_direction_are_the_robots() -> None:
 def test_change_is_said_at_once_and_all_else_again_and_again() -> None:
     """A change is sent at once, and the newest line, even standstill, is repeated each interval."""
     one = begun()
-    assert says(one, AHEAD, 1.01) == (GO, 1.11)
+    words, due_s = one.data_to_send(AHEAD, 1.01)
+    assert words == GO
+    assert due_s == pytest.approx(1.11)
     assert says(one, AHEAD, 1.1) == (b"", 1.11)
     assert says(one, AHEAD, 1.11) == (GO, 1.21)
     assert says(one, LEFT, 1.12) == (b"m -150 150\r", 1.22)
@@ -274,8 +276,9 @@ def test_begun_and_never_answered_again() -> None:
     """A board that answers only before the lines of `begin` counts as lost, too."""
     one = dialect(answers="OK", begin=["b\r"])
     one.hello(1.0)
-    one.receive_data(b"OK\n", 1.1)
+    one.receive_data(b"OK\n", 1.2)
     one.data_to_send(AHEAD, 1.2)
+    assert not one.answers(1.2)
     assert (one.overdue(1.69), one.overdue(1.7)) == (False, True)
     assert one.data_to_send(AHEAD, 1.7)[0] == b"\r" + STOP
 

@@ -170,10 +170,22 @@ def test_each_number_of_a_line_counts_for_itself(at: int, wrong: str) -> None:
 
 
 def test_of_two_matching_patterns_the_longer_counts() -> None:
-    """Where a number may be missing, a line can match two patterns."""
-    told = reports("{left},{right}{battery_mv}", "{left},{bumpers} {battery_mv}")
-    assert told.parse_line("1,4 12000", 1.0)
-    assert (told.bumpers(1.0), told.battery_v(1.0)) == (4, 12.0)
+    """In whatever order they are configured, that with more numbers does."""
+    patterns = ["{left},{right} 12000", "{left},{bumpers} {battery_mv}"]
+    for told in (reports(*patterns), reports(*reversed(patterns))):
+        assert told.parse_line("1,4 12000", 1.0)
+        assert (told.bumpers(1.0), told.battery_v(1.0)) == (4, 12.0)
+
+
+def test_what_is_seldom_asked_expires_later() -> None:
+    """Two and a half rounds of questions, here of two, after it was told."""
+    told = Reports(
+        RobotSettings.model_validate(
+            {"serial": {"text": {"reports": ["V={battery_v}"], "ask": ["v", "w"], "ask_ms": 1000}}}
+        )
+    )
+    told.parse_line("V=12", 10.0)
+    assert (told.battery_v(14.99), told.battery_v(15.0)) == (12.0, None)
 
 
 def test_zero_volts_are_unknown() -> None:

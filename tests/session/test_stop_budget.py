@@ -50,6 +50,7 @@ class Control:
         self.asked: list[tuple[object, ...]] = []
         self.refusal: Refusal | None = None
         self.is_pressed = False
+        self.latched = None
 
     def would_add_nothing(self, viewer: int | None) -> bool:
         return self.is_pressed
@@ -76,6 +77,7 @@ def stops(
     by: By = "everybody",
     operator: int | None = 1,
     *,
+    per_address: int = 5,
     clock: TurnedClock | None = None,
     decisions: HostDecisions | None = None,
     records: Records | None = None,
@@ -85,7 +87,7 @@ def stops(
     clock = clock or TurnedClock()
     parts = SimpleNamespace(
         settings=SimpleNamespace(
-            stop=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5)
+            stop=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=per_address)
         ),
         clock=clock,
         decisions=decisions or HostDecisions(),
@@ -257,9 +259,9 @@ def test_few_of_an_address_are_known(control: Control) -> None:
 
 def test_presses_in_vain_cost_neighbours_nothing(control: Control) -> None:
     """Somebody who hammers on Stop uses up their own budget, not all of their address's."""
-    budget = stops(control)
+    budget = stops(control, per_address=8)
     assert pressed(budget, *["eve"] * 100) == 3
-    assert budget.press(person("fay", "198.51.100.1"), is_host=False) == 7
+    assert pressed(budget, "fay") == 1
 
 
 def test_the_host_sees_who_presses_and_ignores_an_address(control: Control) -> None:
@@ -316,6 +318,13 @@ def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:
     with closing(open_for_reading(tmp_path / "records.db")) as file:
         found = file.execute("SELECT number, name, released_by FROM stops ORDER BY id").fetchall()
     assert found == [(7, "Ada", "the host"), (7, "Bob", "Ada")]
+
+
+def test_where_nothing_is_stopped_a_house_releases_nothing(control: Control) -> None:
+    """No Stop has the number 0, so a request that comes too early never meets the next one."""
+    stops(control).release_from_house(0.5)
+    ((_, number, _),) = control.asked
+    assert number == 0
 
 
 RELEASED = {

@@ -608,6 +608,7 @@ def test_a_new_turn_lets_go_of_all(server: Server, how: str) -> None:
         case _:
             calls = server.control("lamp", True, turn=2)
     assert calls[:3] == (StopDriver(2), light(False, "horn", 2), motion("spin", False, 2))
+    assert server.warden.turn == 2
     assert server.control("spin", True, turn=2) == ()
 
 
@@ -619,3 +620,6 @@ def test_letting_go_is_never_refused(server: Server) -> None:
     assert server.control("lift", None, age_s=60.0, turn=0) == ()
     server.warden.hold(None, server.now_s)
     assert server.control("spin", False) == (motion("spin", False),)
+    assert motion("spin", False).is_release
+    assert motion("lift", None).is_release
+    assert not motion("lift", 0.0).is_release

@@ -227,6 +227,7 @@ def test_the_person_drives_on_without_a_server() -> None:
     chair.now_s += 0.001
     assert chair.feel() == (StopDriver(2),)
     assert chair.mode == "stopped"
+    assert chair.watchdog.counts["driver_hand_stops"] == 1
 
 
 def test_a_server_that_is_known_to_be_dead_is_not_waited_for() -> None:
@@ -312,6 +313,7 @@ def test_a_lost_control_stops_whoever_drives(touches: bool) -> None:
             chair.run(0.16)
         assert (chair.mode, chair.twist) == ("lost", STANDSTILL)
         assert chair.watchdog.problem == NO_HAND
+        assert chair.watchdog.counts["driver_hand_losses"] == 1
         chair.run(5.0)
         assert chair.twist == STANDSTILL
 
@@ -392,6 +394,19 @@ def test_without_an_operator_the_sharing_stick_drives() -> None:
     chair.stick = (-1.0, 0.0)
     chair.run(1.0)
     assert (chair.mode, chair.twist) == ("hand", Twist(-0.6, 0.0))
+
+
+@pytest.mark.parametrize("is_dead", [False, True])
+def test_a_sharing_stick_does_not_wait_for_a_server_that_is_not_there(is_dead: bool) -> None:
+    """Before the server's first set-point, and once it is known to be dead, the stick drives."""
+    chair = driven_shared() if is_dead else Chair(replace(RULES, shares=True))
+    if is_dead:
+        chair.watchdog.abandoned(chair.now_s)
+    chair.asked = None
+    chair.run(0.05)
+    chair.stick = (1.0, 0.0)
+    chair.run(0.05)
+    assert chair.mode == "hand"
 
 
 def test_an_operator_who_comes_does_not_take_the_stick_out_of_the_hand() -> None:

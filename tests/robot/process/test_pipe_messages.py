@@ -111,6 +111,13 @@ def test_a_move_without_a_speed_sideways_has_none() -> None:
     assert read.lateral_mps == 0.0
 
 
+def test_a_move_without_a_word_of_it_has_an_operator() -> None:
+    """A set-point that does not say so is an operator's."""
+    read = decode_message(json.dumps(without("operated")).encode())
+    assert isinstance(read, Move)
+    assert read.operated
+
+
 WRONG = {
     "nothing": b"",
     "no JSON": b"halt",
