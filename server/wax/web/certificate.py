@@ -65,10 +65,7 @@ class Certificate:
         """Return the server's TLS context; raises `StartError`."""
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
-        # Every browser has it. OpenSSL 3 takes what a client chooses, up to ffdhe8192, which costs
-        # it many milliseconds in one step (CVE-2022-40735); 1.1 has no such group in TLS 1.3.
-        with suppress(ValueError):
-            context.set_ecdh_curve("X25519")
+        _offer_one_key_exchange(context)
         try:
             for path in (self.chain, self.key):
                 read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
@@ -86,6 +83,17 @@ class Certificate:
             f"the key {self.key} is encrypted; save it without a password, for example by:"
             f" openssl pkey -in {self.key} -out FILE"
         )
+
+
+def _offer_one_key_exchange(context: ssl.SSLContext) -> None:
+    """Leave the client no choice: up to ffdhe8192 it would cost us many milliseconds in one step.
+
+    That is CVE-2022-40735. Browsers have both groups, and send the key of the first at once.
+    """
+    for group in ("X25519", "prime256v1"):
+        with suppress(ValueError, ssl.SSLError):  # Python 3.11.2 of Debian 12 cannot set the first
+            context.set_ecdh_curve(group)
+            return
 
 
 def kept_in(folder: Path) -> Certificate:
