@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from e2e.harness.wait import happens
 from e2e.measure.errors import NotRunError
 from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
     from e2e.harness.scripts import Window
     from e2e.harness.viewer import Viewer
 
@@ -62,11 +65,13 @@ class EmulatedHeadset:
         await self._press(hand, button, on=False)
         await self.is_seen()
 
-    async def hold_trigger(self) -> None:
-        """Hold the right trigger for longer than the page's own button is held (`HoldButton`)."""
+    async def hold_trigger(self, until: Callable[[], Awaitable[bool]]) -> bool:
+        """Hold the right trigger until this is true, or for 3 s; return whether it became true."""
         await self._press("right", "trigger", on=True)
-        await self._window.evaluate("new Promise((held) => setTimeout(held, 1200))")
+        is_true = await happens(until, within_s=3.0)
         await self._press("right", "trigger", on=False)
+        await self.is_seen()
+        return is_true
 
     async def turn_left(self) -> None:
         """Squeeze, then push the right stick once the page has seen both sticks at rest."""
