@@ -18,12 +18,14 @@ from wax.config.page import PageSettings
 from wax.config.proxy import ProxySettings
 from wax.config.server import ServerSettings
 from wax.records.records import Records
+from wax.web import routes
 from wax.web.branding import BrandedPage
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
     from wax.access.access import Access
     from wax.access.admission import Visitor
@@ -62,19 +64,26 @@ class Noting:
         return "v=0 answer"
 
 
+@pytest.fixture(autouse=True)
+def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give the routes a page, whether or not ours is built."""
+    (tmp_path / "index.html").write_text("<!doctype html>")
+    monkeypatch.setattr(routes, "PAGE", tmp_path)
+
+
 @asynccontextmanager
 async def served(trusted: list[str]) -> AsyncIterator[tuple[int, Noting]]:
     clock = TurnedClock()
     access = make_access(Records(clock), clock, AccessSettings(proxy=PROXY))
     server = ServerSettings(host="127.0.0.1", port=0, trusted_proxies=trusted)
     room = Noting(access)
-    routes = make_routes(room, clock=clock, access=access, guards=Guards(server, clock))
+    made = make_routes(room, clock=clock, access=access, guards=Guards(server, clock))
 
     def who(*asking: Any) -> tuple[str, bool] | None:
-        room.payers.append(routes.who(*asking))
+        room.payers.append(made.who(*asking))
         return room.payers[-1]
 
-    entrance = Entrance(routes.application(), server, clock, who=who, asked=access.asked)
+    entrance = Entrance(made.application(), server, clock, who=who, asked=access.asked)
     await entrance.open()
     try:
         yield entrance.port, room
