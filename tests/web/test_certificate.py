@@ -119,10 +119,12 @@ def test_no_client_chooses_a_costly_key_exchange(
 ) -> None:
     """One is taken that every browser has, and none that blocks the event loop.
 
-    Debian 12's Python raises for the first choice.
+    It is X25519, and P-256 where Python cannot set that, as Debian 12's cannot.
     """
     if is_old:
         monkeypatch.setattr(ssl.SSLContext, "set_ecdh_curve", _set_older_group)
+    elif not _sets_x25519():
+        pytest.skip("this Python is such an old one")
     context = self_signed(tmp_path, NAMES, NOW).context()
     point = ec.generate_private_key(ec.SECP256R1()).public_key()
     p256 = point.public_bytes(
@@ -140,8 +142,16 @@ def test_no_client_chooses_a_costly_key_exchange(
         with pytest.raises(ssl.SSLError) as stopped:
             end.do_handshake()
         answers.append(type(stopped.value))
-    assert set(answers[:2]) == {ssl.SSLError, ssl.SSLWantReadError}
-    assert answers[2] is ssl.SSLError
+    taken = [ssl.SSLError, ssl.SSLWantReadError]
+    assert answers == [*(taken if is_old else reversed(taken)), ssl.SSLError]
+
+
+def _sets_x25519() -> bool:
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).set_ecdh_curve("X25519")
+    except (ValueError, ssl.SSLError):
+        return False
+    return True
 
 
 def _set_older_group(context: ssl.SSLContext, name: str) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import datetime
 import ipaddress
 import ssl
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -90,10 +89,10 @@ def _offer_one_key_exchange(context: ssl.SSLContext) -> None:
 
     That is CVE-2022-40735. Browsers have both groups, and send the key of the first at once.
     """
-    for group in ("X25519", "prime256v1"):
-        with suppress(ValueError, ssl.SSLError):  # Python 3.11.2 of Debian 12 cannot set the first
-            context.set_ecdh_curve(group)
-            return
+    try:
+        context.set_ecdh_curve("X25519")
+    except (ValueError, ssl.SSLError):  # OpenSSL 1.1, and Python 3.11.2 of Debian 12
+        context.set_ecdh_curve("prime256v1")
 
 
 def kept_in(folder: Path) -> Certificate:
