@@ -69,6 +69,7 @@ async def test_in_a_session_one_drives_and_stops(server: Server, open_viewer: Op
         await eventually(
             lambda: headset.hold_trigger(until=release.is_hidden), "the stop is released"
         )
+        assert (await server.status())["stop"] is None
 
 
 async def test_taken_off_or_lost_it_stops_the_robot(

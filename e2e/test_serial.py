@@ -45,7 +45,7 @@ async def hold(
         lambda: keys.down(key),
         lambda: keys.up(key),
         lambda: happens(drives, within_s=2, every_s=0.02),
-        board.connections,
+        board.greetings,
     )
 
 
@@ -100,7 +100,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
             assert held[-1]["left"] == held[-1]["right"] > 0
             return {frame["verdict"] for frame in came} == {"taken"}
 
-        came = await undisturbed(server, steadily, board.connections)
+        came = await undisturbed(server, steadily, board.greetings)
         assert came, f"no frames come steadily: {seen}"
         released_s = time.monotonic()
         await asyncio.sleep(0.3)

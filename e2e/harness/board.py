@@ -106,11 +106,8 @@ class Board:
             self._events += [json.loads(line) for line in whole.split(b"\n")]
         return [event for event in self._events if event["t_s"] > since_s]
 
-    def connections(self) -> int:
-        """Return how often the server began a session: it does if an answer is half a second late.
-
-        That counts frames, of which a session may need several to begin.
-        """
+    def greetings(self) -> int:
+        """Count the frames that begin a session: more come if an answer is half a second late."""
         frames = [event for event in self.events() if event["event"] == "frame"]
         return sum(frame["type"] == "hello" for frame in frames)
 

@@ -272,11 +272,12 @@ def test_a_board_that_falls_silent_is_gone() -> None:
     assert one.data_to_send(AHEAD, 1.83)[0] == b"b\r" + STOP
 
 
-def test_begun_and_never_answered_again() -> None:
+@pytest.mark.parametrize("answered_s", [1.1, 1.2])
+def test_begun_and_never_answered_again(answered_s: float) -> None:
     """A board that answers only before the lines of `begin` counts as lost, too."""
     one = dialect(answers="OK", begin=["b\r"])
     one.hello(1.0)
-    one.receive_data(b"OK\n", 1.2)
+    one.receive_data(b"OK\n", answered_s)
     one.data_to_send(AHEAD, 1.2)
     assert not one.answers(1.2)
     assert (one.overdue(1.69), one.overdue(1.7)) == (False, True)
